@@ -11,7 +11,6 @@ count is not certain, it is compared with that of one body alone.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -36,7 +35,7 @@ from count_video.tracking.beside import moves_beside, stands_beyond
 from count_video.tracking.observation import Observation, observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.single import single_tracks
-from count_video.tracking.view import TrackSettings
+from count_video.tracking.view import view_of
 from count_video.video.reader import open_footage
 
 
@@ -54,8 +53,8 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
     """
     take_buffer()
     with open_footage(path, capture_fps=settings.capture_fps) as footage:
-        wanted = TrackSettings(settings.wall, settings.region, settings.start, settings.end)
-        with observe(footage, wanted, progress) as seen:
+        view = view_of(footage, settings.region, settings.start, settings.end)
+        with observe(view, progress) as seen:
             return _explained(seen, settings)
 
 
@@ -67,17 +66,15 @@ def _explained(seen: Observation, settings: TrialSettings) -> Followed:
         shot = Reason(Cause.OTHER_SHOTS, (float(seen.frames[0]), float(seen.frames[-1])))
         report = replace(report, warnings=(*report.warnings, sentence(shot)))
     known = knowledge(info, settings.masses)
-    pair = best = None
     why = ""
     two, one = (
         partial(explain, known=known, report=report, seen_only=settings.seen_only)
         for explain in (of_pair, of_one)
     )
-    with suppress(TrackingError):
-        pair = best = likeliest_pair(
-            two(track, stands_beyond=partial(stands_beyond, seen))
-            for track in pair_tracks(seen.movers, seen.frames, seen.view, settings.wall)
-        )
+    pair = best = likeliest_pair(
+        two(track, stands_beyond=partial(stands_beyond, seen))
+        for track in pair_tracks(seen.movers, seen.frames, seen.view, settings.wall)
+    )
     if pair is None or not is_settled(pair):
         try:
             one_by_one = [

@@ -122,6 +122,13 @@ def running_median(values: Floats) -> Floats:
     return np.asarray(np.median(windows, axis=-1))
 
 
+def correlation(one: Values, other: Values, weight: Values) -> float:
+    """Weighted correlation of n values with others; NaN where one of both is flat."""
+    a, b = (values - np.average(values, weights=weight) for values in (one, other))
+    power = float((weight * a) @ a) * float((weight * b) @ b)
+    return float((weight * a) @ b) / power**0.5 if power > 0 else np.nan
+
+
 def peak_of(values: Values, place: int) -> float:
     """Refine the place of a peak by the parabola through its highest sample and the neighbours.
 

@@ -148,20 +148,19 @@ def counted(trial: HardTrial, *, ball_alone: bool = False) -> Outcome:
     view = SimpleNamespace(footage=footage)
     seen = SimpleNamespace(view=view, movers=None, frames=None, whole=True)
 
-    def found(tracks: list[Track]) -> list[Track]:
-        if not tracks:
+    def singles(*_: object) -> list[Track]:
+        if not ball_alone:
             raise TrackingError("nothing moves so")
-        return tracks
+        return [ball]
 
     ball = replace(trial.track, heavy=None, wall_side="left")
-    pairs, singles = ([], [ball]) if ball_alone else ([trial.track], [])
     replaced = {
         "open_footage": lambda *_, **__: nullcontext(footage),
         "observe": lambda *_, **__: nullcontext(seen),
         "stands_beyond": lambda *_: (True, True),
         "moves_beside": lambda *_: True,
-        "pair_tracks": lambda *_: found(pairs),
-        "single_tracks": lambda *_: found(singles),
+        "pair_tracks": lambda *_: [] if ball_alone else [trial.track],
+        "single_tracks": singles,
     }
     with patch.multiple(pipeline, **replaced):
         result = pipeline.work_through(Path("trial.mp4"), pipeline.TrialSettings()).result

@@ -21,7 +21,7 @@ from count_video.motion.seen import seen_collisions
 from count_video.records import Floats
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
-from count_video.tracking.view import TrackSettings
+from count_video.tracking.view import view_of
 from count_video.video.reader import open_footage
 from synth_video.film import render_clip
 from synth_video.suite.scoring import match
@@ -60,7 +60,7 @@ def time_errors(numbers: Sequence[int], shutter: float, folder: Path) -> TimeErr
         scene = replace(scene, camera=replace(scene.camera, shutter=shutter))
         clip = folder / f"{number}.mp4"
         truth = render_clip(scene, clean.seed(number), clip)
-        with open_footage(clip) as footage, observe(footage, TrackSettings()) as bodies:
+        with open_footage(clip) as footage, observe(view_of(footage)) as bodies:
             seen = seen_collisions(pair_tracks(bodies.movers, bodies.frames, bodies.view)[0])
         true = [event.frame for event in truth.events]
         found = [collision.frame for collision in seen.collisions[: seen.burst]]

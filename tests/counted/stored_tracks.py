@@ -63,11 +63,6 @@ def _tracking_gives(stored: StoredClip) -> Iterator[None]:
     seen = SimpleNamespace(view=view, movers=None, frames=None, whole=True)
     alone = stored.track.heavy is None
 
-    def pairs(*_: object, **__: object) -> list[Track]:
-        if alone:
-            raise TrackingError("one body was stored")
-        return [stored.track]
-
     def without_pair(*_: object, **__: object) -> list[Track]:
         if not alone and stored.track.wall_seen:
             raise TrackingError("two bodies were stored")
@@ -78,7 +73,7 @@ def _tracking_gives(stored: StoredClip) -> Iterator[None]:
         "observe": lambda *_, **__: nullcontext(seen),
         "stands_beyond": lambda *_: (False, False),
         "moves_beside": lambda *_: False,
-        "pair_tracks": pairs,
+        "pair_tracks": lambda *_, **__: [] if alone else [stored.track],
         "single_tracks": without_pair,
     }
     with patch.multiple(pipeline, **replaced):

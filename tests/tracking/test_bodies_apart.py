@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import background_of
+from count_video.tracking.composite import Source
 from count_video.tracking.following import Followed
 from count_video.tracking.layers import apart, same_body
 from count_video.tracking.learning import Body, learn
@@ -48,6 +49,10 @@ def path_of(left: Callable[[int], float], top: float = TOP) -> Floats:
     return np.array([(left(frame), top) for frame in FRAMES])
 
 
+def rough_of(path, box) -> Rough:
+    return Rough(path, box, (-np.inf, np.inf), Shape(path, box), again=True)
+
+
 STILL, LIGHTS = np.zeros((len(FRAMES), 2)), [Light()] * len(FRAMES)
 
 
@@ -74,13 +79,13 @@ def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> Non
     known = [Shape(path, (0.0, 0.0, SIDE - 1.0, SIDE - 1.0)), right]
     seen = pictures()
     background = background_of(seen, STILL, LIGHTS, known)
-    rough = Rough(path, (0.0, 0.0, float(SIDE), float(SIDE)), (-np.inf, np.inf))
+    rough = rough_of(path, (0.0, 0.0, float(SIDE), float(SIDE)))
 
-    body = learn(seen, background, rough, [right.path_px], [right])
+    body = learn(Source(seen, background, [right]), rough, [right.path_px])
 
     assert body is not None
     first = int(body.learnt[0])
-    right_px = body.path_px[first, 0] + body.right_edge_px - left_at(first)
+    right_px = body.path_px[first, 0] + body.box[2] - left_at(first)
     assert right_px == pytest.approx(SIDE - 0.5, abs=EDGE_PX)
 
 
@@ -97,11 +102,11 @@ def test_a_plain_body_is_learnt_whole_from_corners_on_a_small_part_of_it(
         picture[top : top + height, left : left + width] = shading
     background = background_of(seen, STILL, LIGHTS)
 
-    rough = Rough(path, corners, (-np.inf, np.inf))
-    body = learn(seen, background, rough, [])
+    rough = rough_of(path, corners)
+    body = learn(Source(seen, background), rough, [])
 
     assert body is not None
-    assert body.right_edge_px - body.left_edge_px == pytest.approx(width, abs=EDGE_PX)
+    assert body.box[2] - body.box[0] == pytest.approx(width, abs=EDGE_PX)
 
 
 @pytest.mark.parametrize(("alike", "learnt"), [(24, True), (16, False)])
@@ -113,9 +118,9 @@ def test_what_looks_alike_in_few_of_its_pictures_is_no_body(alike: int, *, learn
         seen[frame][TOP : TOP + SIDE, left : left + SIDE] = body
     background = background_of(seen, STILL, LIGHTS)
 
-    rough = Rough(path_of(left_at), (0.0, 0.0, float(SIDE), float(SIDE)), (-np.inf, np.inf))
+    rough = rough_of(path_of(left_at), (0.0, 0.0, float(SIDE), float(SIDE)))
 
-    assert (learn(seen, background, rough, []) is not None) == learnt
+    assert (learn(Source(seen, background), rough, []) is not None) == learnt
 
 
 def test_a_body_that_leaves_the_picture_is_learnt_from_those_that_hold_it() -> None:
@@ -127,10 +132,10 @@ def test_a_body_that_leaves_the_picture_is_learnt_from_those_that_hold_it() -> N
         shown[:] = body[:, : shown.shape[1]]
     background = background_of(seen, STILL, LIGHTS)
 
-    found = learn(seen, background, Rough(path, (0.0, 0.0, 40.0, 40.0), (-np.inf, np.inf)), [])
+    found = learn(Source(seen, background), rough_of(path, (0.0, 0.0, 40.0, 40.0)), [])
 
     assert found is not None
-    assert found.right_edge_px - found.left_edge_px == pytest.approx(SIDE, abs=EDGE_PX)
+    assert found.box[2] - found.box[0] == pytest.approx(SIDE, abs=EDGE_PX)
 
 
 def test_a_body_is_painted_where_it_is() -> None:
@@ -154,7 +159,7 @@ def template() -> Template:
 
 def followed(x_px: Floats) -> Followed:
     nowhere = np.empty((0, 2)), np.empty(0, np.intp)
-    body = Body(template(), 0.0, float(SIDE), (0.0, float(SIDE)), False, *nowhere, 1.0)
+    body = Body(template(), (0.0, 0.0, float(SIDE), float(SIDE)), False, *nowhere, 1.0)
     known = np.where(np.isfinite(x_px), 1.0, np.nan)
     return Followed(body, x_px, TOP * known, 0.01 * known)
 
@@ -227,8 +232,8 @@ def test_bodies_that_move_across_the_pictures_are_not_one_body() -> None:
     up = np.linspace(0.0, 30.0, 60)
     one, other = (replace(still, y_px=TOP + way) for way in (up, 2 * up))
 
-    assert not same_body(one, other)
-    assert same_body(one, replace(one, y_px=one.y_px + 9.0))
+    assert not same_body(one.xy_px, other.xy_px)
+    assert same_body(one.xy_px, one.xy_px + np.array([0.0, 9.0]))
 
 
 def test_scenery_whose_template_slides_in_a_few_pictures_takes_no_body_its_place() -> None:

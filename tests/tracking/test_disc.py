@@ -20,7 +20,8 @@ from drawn import (
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
-from count_video.tracking.disc import SURFACE_PX, Disc, WithBackground, register_discs, search_disc
+from count_video.tracking.composite import Source
+from count_video.tracking.disc import SURFACE_PX, Disc, differing, register_discs
 from count_video.tracking.following import Clip, follow
 from count_video.tracking.layers import is_fixed_to
 from count_video.tracking.learning import Body
@@ -28,8 +29,9 @@ from count_video.tracking.light import Light
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.round_bodies import find_ball
+from count_video.tracking.search import likely_places
 from count_video.tracking.template import make_template
-from count_video.tracking.view import TrackSettings
+from count_video.tracking.view import view_of
 from count_video.video.reader import open_footage
 from count_video.video.writer import WriteOptions, write_clip
 
@@ -70,8 +72,8 @@ def pictures(behind: Canvas, noise: float = 1.0, gain: float = 1.0) -> list[Luma
     return seen
 
 
-def before(behind: Canvas, seen: list[Luma]) -> WithBackground:
-    return WithBackground(seen, to_luma(behind), np.zeros((len(seen), 2)))
+def before(behind: Canvas, seen: list[Luma]) -> tuple[list[Luma], Luma, Floats]:
+    return seen, to_luma(behind), np.zeros((len(seen), 2))
 
 
 def corner_of(disc: Disc) -> Floats:
@@ -85,7 +87,9 @@ def test_a_ball_of_two_colours_is_placed_as_it_turns(behind: Canvas, gain: float
     disc, behind = Disc(RADIUS_PX), np.asarray(behind, np.float64)
     away = np.random.default_rng(5).uniform(-AWAY_PX, AWAY_PX, (len(FRAMES), 2))
 
-    fits = register_discs(before(behind, pictures(behind, gain=gain)), disc, corner_of(disc) + away)
+    fits = register_discs(
+        *before(behind, pictures(behind, gain=gain)), disc, corner_of(disc) + away
+    )
 
     error = fits.places_px - corner_of(disc)
     assert np.sqrt(np.mean(error**2)) < SURFACE_PX
@@ -100,9 +104,7 @@ def test_a_guess_is_needed_and_a_shift_of_the_camera_is_known() -> None:
     guesses = corner_of(disc) + shift
     guesses[5] = np.nan
 
-    fits = register_discs(
-        WithBackground(moved, to_luma(behind), np.tile(shift, (len(FRAMES), 1))), disc, guesses
-    )
+    fits = register_discs(moved, to_luma(behind), np.tile(shift, (len(FRAMES), 1)), disc, guesses)
 
     assert np.isnan(fits.places_px[5]).all()
     error = np.delete(fits.places_px - guesses, 5, axis=0)
@@ -113,7 +115,7 @@ def test_beside_the_picture_and_where_nothing_differs_there_is_no_disc() -> None
     behind, disc = background(SIZE), Disc(RADIUS_PX)
     still = [to_luma(behind)] * 2
 
-    fits = register_discs(before(behind, still), disc, np.array([[100.0, 30.0], [-200.0, 0.0]]))
+    fits = register_discs(*before(behind, still), disc, np.array([[100.0, 30.0], [-200.0, 0.0]]))
 
     assert np.isnan(fits.places_px).all()
 
@@ -123,8 +125,12 @@ def test_a_disc_is_found_far_from_where_it_was() -> None:
     frame = 12
     near = corner_of(disc)[frame] - (80.0, 0.0)
 
-    one = WithBackground([pictures(behind)[frame]], to_luma(behind), np.zeros((1, 2)))
-    found = next(search_disc(one, disc, (float(near[0]), float(near[1])), (100.0, 10.0)))
+    one = pictures(behind)[frame]
+    shown = differing(one, to_luma(behind), np.zeros(2))
+    places = np.array(likely_places(shown, disc, tuple(near), (100.0, 10.0)))
+    count = len(places)
+    fits = register_discs([one] * count, to_luma(behind), np.zeros((count, 2)), disc, places)
+    found = max(map(fits.fit, range(count)), key=lambda fit: fit.agreement if fit else 0)
 
     assert (found.x_px, found.y_px) == pytest.approx(corner_of(disc)[frame], abs=3 * SURFACE_PX)
 
@@ -142,14 +148,12 @@ BOX = -26.0, -25.0, 27.0, 24.0
 def test_single_pictures_show_the_radius_of_a_ball_that_turns() -> None:
     behind = background(SIZE)
 
-    ball = find_ball(samples(pictures(behind), behind), centres() + ROUGHLY, BOX, [])
+    ball = find_ball(Source(*samples(pictures(behind), behind)), centres() + ROUGHLY, BOX)
 
     assert ball is not None
     assert ball.round_
-    assert ball.right_edge_px - ball.left_edge_px == pytest.approx(
-        2 * RADIUS_PX, abs=2 * RADIUS_WITHIN_PX
-    )
-    middle = (ball.left_edge_px + ball.right_edge_px) / 2
+    assert ball.box[2] - ball.box[0] == pytest.approx(2 * RADIUS_PX, abs=2 * RADIUS_WITHIN_PX)
+    middle = (ball.box[0] + ball.box[2]) / 2
     error = ball.path_px + middle - centres()
     assert np.isfinite(error).all()
     assert np.sqrt(np.mean(error**2)) < SURFACE_PX
@@ -177,14 +181,14 @@ def test_what_is_not_round_is_no_ball_nor_is_a_part_of_it(paint: object) -> None
         paint(canvas, x)
         seen.append(to_luma(canvas))
 
-    assert find_ball(samples(seen, behind), centres(), BOX, []) is None
+    assert find_ball(Source(*samples(seen, behind)), centres(), BOX) is None
 
 
 def test_a_body_that_hardly_any_sample_shows_is_no_ball() -> None:
     behind, path = background(SIZE), np.full((len(FRAMES), 2), np.nan)
     path[7:9] = centres()[7:9]
 
-    assert find_ball(samples(pictures(behind), behind), path, BOX, []) is None
+    assert find_ball(Source(*samples(pictures(behind), behind)), path, BOX) is None
 
 
 @pytest.mark.parametrize(("swing_px", "fixed"), [(0.0, True), (2.0, False)])
@@ -200,13 +204,13 @@ def test_a_mark_is_fixed_to_a_ball_if_it_keeps_its_distance_from_the_outline(
         paint_disc(canvas, x + along, y - 6.0, 4.0, DARK)
         seen.append(to_luma(canvas))
     lumas, still = samples(seen, behind)
-    ball = find_ball((lumas, still), centres(), BOX, [])
+    ball = find_ball(Source(lumas, still), centres(), BOX)
     assert ball is not None
     corner = np.round(centres() + np.stack([away, 0 * away], axis=1)) - (9.0, 15.0)
     left, top = corner[0].astype(int)
     piece = seen[0][top : top + 18, left : left + 18].astype(np.float32)
     mark = make_template(piece, np.ones_like(piece))
-    body = Body(mark, 5.0, 13.0, (5.0, 13.0), True, corner, np.arange(len(FRAMES)), 1.0)
+    body = Body(mark, (5.0, 5.0, 13.0, 13.0), True, corner, np.arange(len(FRAMES)), 1.0)
     clip = Clip(lumas, FRAMES, np.arange(len(FRAMES)), still, np.zeros((len(FRAMES), 2)))
 
     assert np.isfinite(follow(clip, body).x_px).all()
@@ -226,7 +230,7 @@ def test_a_ball_of_two_colours_is_followed_through_a_trial(tmp_path: Path) -> No
         frames.append(to_luma(canvas, 0.8, rng))
     write_clip(path, frames, WriteOptions(crf=8, preset="superfast"))
 
-    with open_footage(path) as footage, observe(footage, TrackSettings()) as seen:
+    with open_footage(path) as footage, observe(view_of(footage)) as seen:
         track = pair_tracks(seen.movers, seen.frames, seen.view)[0]
 
     assert track.ball_diameter_px == pytest.approx(2 * drawn.radius_px, abs=2.0)

@@ -13,7 +13,7 @@ from count_video.reports.material import image_point
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.single import single_tracks
-from count_video.tracking.view import TrackSettings
+from count_video.tracking.view import view_of
 from count_video.video.reader import open_footage
 from count_video.video.writer import WriteOptions, write_clip
 
@@ -48,7 +48,7 @@ def drawn(
 def tracks_of(folder: Path, pictures: Sequence[Luma], *, pair: bool = False) -> list[Track]:
     path = folder / "clip.mp4"
     write_clip(path, pictures, WriteOptions(crf=16))
-    with open_footage(path) as footage, observe(footage, TrackSettings()) as seen:
+    with open_footage(path) as footage, observe(view_of(footage)) as seen:
         return pair_tracks(seen.movers, seen.frames, seen.view) if pair else single_tracks(seen)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from count_video.tracking.background import background_of, camera_moved
+from count_video.tracking.background import agree_better, background_of
 from count_video.tracking.light import Light
 from count_video.tracking.regions import find_regions
 from count_video.tracking.shape import DIFFERENT_PX, MARGIN_PX, Shape, hidden
@@ -64,6 +64,10 @@ def test_the_camera_moves_the_background_and_not_what_stands_in_it() -> None:
     assert np.array_equal(seen.luma[:, 4:-4], scene()[:, 4:-4])
     piece = seen.behind(1, (50.0, 10.0), (20, 30))
     assert piece.shape == (20, 30)
+
+
+def camera_moved(pictures, shift) -> bool:
+    return agree_better(pictures, np.zeros_like(shift), pictures, shift)
 
 
 def before_the_scene(body_px: NDArray[np.float64], scene_px: NDArray[np.float64]) -> list[NDArray]:

@@ -41,7 +41,7 @@ def test_a_soft_shadow_beside_a_ball_is_no_part_of_its_outline() -> None:
 
     assert outline is not None
     assert outline.round_
-    assert outline.right_px - outline.left_px == pytest.approx(2 * RADIUS_PX, abs=1.5)
+    assert outline.box[2] - outline.box[0] == pytest.approx(2 * RADIUS_PX, abs=1.5)
 
 
 def test_a_disc_printed_on_a_dark_box_is_not_its_outline() -> None:
@@ -54,7 +54,7 @@ def test_a_disc_printed_on_a_dark_box_is_not_its_outline() -> None:
     outline = find_outline(mean_of(np.asarray(appearance, np.float32)), EVERYWHERE)
 
     assert outline is not None
-    assert outline.right_px - outline.left_px == pytest.approx(100, abs=1.5)
+    assert outline.box[2] - outline.box[0] == pytest.approx(100, abs=1.5)
 
 
 def boxed(left: int, right: int, blur_px: float = 1.0) -> Pixels:
@@ -73,7 +73,7 @@ def test_a_soft_shadow_that_reaches_beyond_a_box_does_not_move_its_end() -> None
     outline = find_outline(mean, EVERYWHERE)
 
     assert outline is not None
-    assert outline.right_px - outline.left_px == pytest.approx(80, abs=1.5)
+    assert outline.box[2] - outline.box[0] == pytest.approx(80, abs=1.5)
 
 
 def test_an_end_before_what_changes_is_where_the_body_stops_moving_with_its_template() -> None:
@@ -86,7 +86,7 @@ def test_an_end_before_what_changes_is_where_the_body_stops_moving_with_its_temp
     outline = find_outline(unclear, EVERYWHERE)
 
     assert outline is not None
-    assert outline.right_px - outline.left_px == pytest.approx(80, abs=1.5)
+    assert outline.box[2] - outline.box[0] == pytest.approx(80, abs=1.5)
 
 
 def test_a_ball_as_bright_as_the_clutter_behind_it_ends_where_that_begins_to_vary() -> None:
@@ -98,4 +98,4 @@ def test_a_ball_as_bright_as_the_clutter_behind_it_ends_where_that_begins_to_var
 
     assert outline is not None
     assert outline.round_
-    assert outline.right_px - outline.left_px == pytest.approx(2 * RADIUS_PX, abs=1.5)
+    assert outline.box[2] - outline.box[0] == pytest.approx(2 * RADIUS_PX, abs=1.5)

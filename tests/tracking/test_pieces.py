@@ -11,7 +11,7 @@ from registering import register
 from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.composite import STEPS, Source, cut_pieces, median_of
-from count_video.tracking.cutting import Stage, wide_cut
+from count_video.tracking.cutting import Stage, cut_out
 from count_video.tracking.light import Light
 from count_video.tracking.registration import CONVERGED_PX
 
@@ -77,9 +77,9 @@ def test_what_moves_with_a_neighbour_is_explained_better_by_its_motion() -> None
 
 def cut_px(source: Source) -> float:
     stage = Stage(1, (0.0, 0.0), (BODY_PX, BODY_PX), PATH)
-    found = wide_cut(source, stage, MARGIN, (-np.inf, np.inf))
+    found = cut_out(source, stage, MARGIN, (-np.inf, np.inf))
     assert found is not None
-    return found[1].right_px - found[1].left_px
+    return found[1].box[2] - found[1].box[0]
 
 
 def test_a_body_ends_where_what_moves_with_its_neighbour_begins() -> None:
@@ -114,7 +114,7 @@ def test_two_threads_are_no_part_of_a_body(contrast: int) -> None:
     still = before(hung(scene, 114, contrast))
     stage = Stage(1, (0.0, 0.0), (HIGH_PX, WIDE_PX), HANGING)
 
-    found = wide_cut(Source(pictures, still, ()), stage, (60, 60), (-np.inf, np.inf))
+    found = cut_out(Source(pictures, still, ()), stage, (60, 60), (-np.inf, np.inf))
 
     assert found is not None
     assert HIGH_PX <= found[0].shape[0] < HIGH_PX + STUB_PX
@@ -132,7 +132,7 @@ def test_thin_lines_within_a_body_are_its_own() -> None:
             picture[top + HIGH_PX // 2 : top + HIGH_PX, left + at : left + at + 6] = 200
     stage = Stage(1, (0.0, 0.0), (HIGH_PX, WIDE_PX), HANGING)
 
-    found = wide_cut(Source(pictures, before(scene), ()), stage, (40, 60), (-np.inf, np.inf))
+    found = cut_out(Source(pictures, before(scene), ()), stage, (40, 60), (-np.inf, np.inf))
 
     assert found is not None
     assert found[0].shape[0] >= HIGH_PX
@@ -166,7 +166,7 @@ def test_what_shows_through_a_blurred_edge_does_not_hold_a_body_back() -> None:
     scene = passing(300.0)
     pictures = [passing(x) for x, _ in ALONG]
     stage = Stage(1, (0.0, 0.0), (HIGH_PX, LONG_PX), ALONG)
-    found = wide_cut(Source(pictures, before(scene), ()), stage, (12, 12), (-np.inf, np.inf))
+    found = cut_out(Source(pictures, before(scene), ()), stage, (12, 12), (-np.inf, np.inf))
     assert found is not None
     template, corner = found[1].template, found[0].path_px[0] - ALONG[0]
 

@@ -50,13 +50,13 @@ def test_samples_hold_what_moves_with_its_surroundings_and_no_more(
 ) -> None:
     pictures, place = film(x_px, y_px)
     found = prepared(pictures, choose_samples(thumbnails_of(pictures).taken()))
-    (left, top), (height, width) = found.cut.corner_px, found.pictures[0].shape
+    (left, top), (height, width) = found.corner_px, found.pictures[0].shape
     block = BLOCK_PX * scale_to(SIZE[1])
     ends = (
         (left, width, place.min(), place.max(), SIZE[1]),
         (top, height, y_px, y_px, SIZE[0]),
     )
-    assert found.cut.scale == 1
+    assert found.scale == 1
     for begin, length, low, high, most in ends:
         assert begin <= max(0.0, low - RADIUS_PX - SURROUNDINGS * block + block)
         assert begin + length >= min(most, high + RADIUS_PX + SURROUNDINGS * block - block)
@@ -67,7 +67,7 @@ def test_samples_hold_what_moves_with_its_surroundings_and_no_more(
 def test_a_ball_of_14_px_is_followed_in_a_large_picture() -> None:
     pictures, place = film(900.0, 300.0)
     thumbnails = thumbnails_of(pictures)
-    movers = find_movers(pictures, np.arange(len(pictures)), thumbnails, lambda _: False)
+    movers = find_movers(pictures, np.arange(len(pictures)), thumbnails)
     (ball,) = movers.bodies
     away = ball.middle_px - place
     assert float(np.std(away)) < PLACED_PX

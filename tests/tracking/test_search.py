@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drawn import Luma, paint_ball, paint_cylinder
 
-from count_video.tracking.registration import Fit
-from count_video.tracking.search import likely_places, search
+from count_video.tracking.registration import Fit, register_all
+from count_video.tracking.search import likely_places
 from count_video.tracking.template import Template, make_template, piece_at
 
 WITHIN_PX = 0.1
@@ -22,7 +22,10 @@ ANYWHERE = 480.0, 20.0
 def best_of(
     picture: Luma, template: Template, near: tuple[float, float], reach_px: tuple[float, float]
 ) -> Fit | None:
-    return next(iter(search(picture, template, near, reach_px)), None)
+    places = likely_places(picture, template, near, reach_px)
+    fits = register_all([picture] * len(places), template, np.reshape(places, (-1, 2)))
+    found = filter(None, map(fits.fit, range(len(places))))
+    return max(found, key=lambda fit: fit.agreement, default=None)
 
 
 def scene(x: float, y: float, radius: float, size: tuple[int, int] = (200, 480)) -> Luma:

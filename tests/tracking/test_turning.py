@@ -13,7 +13,7 @@ import count_video
 from count_video.records import CameraTurns
 from count_video.tracking.background import agree_better
 from count_video.tracking.corners import Trajectories
-from count_video.tracking.turning import Turns, between, camera_turns, turned_back
+from count_video.tracking.turning import Turns, camera_turns, turned_back
 from count_video.video.reader import open_footage
 from count_video.video.writer import WriteOptions, write_clip
 
@@ -77,7 +77,7 @@ def test_too_few_corners_turn_nothing() -> None:
 
 def test_a_turn_between_samples_lies_between_theirs() -> None:
     samples = np.array([0, 10, 30])
-    each = between(np.array([1.0, 1.1 + 0.1j, 1.0 + 0j]), samples, 40)
+    each = np.interp(np.arange(40), samples, np.array([1.0, 1.1 + 0.1j, 1.0 + 0j]))
     assert each[[0, 5, 10, 30, 39]] == pytest.approx([1, 1.05 + 0.05j, 1.1 + 0.1j, 1, 1])
 
 

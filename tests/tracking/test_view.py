@@ -7,7 +7,7 @@ import pytest
 from drawn import paint_disc, to_luma
 
 from count_video.errors import UsageError
-from count_video.tracking.view import TrackSettings, View, view_of
+from count_video.tracking.view import View, view_of
 from count_video.video.reader import open_footage
 from count_video.video.writer import WriteOptions, write_clip
 
@@ -46,7 +46,7 @@ def test_places_in_a_view_are_places_in_the_picture(
     wide: Path, region: tuple[int, int, int, int] | None, factor: int
 ) -> None:
     with open_footage(wide) as footage:
-        view = view_of(footage, TrackSettings(region=region))
+        view = view_of(footage, region)
 
         assert view.factor == factor
         assert disc_place(view) == pytest.approx(DISC, abs=PLACED_PX)
@@ -54,11 +54,11 @@ def test_places_in_a_view_are_places_in_the_picture(
 
 def test_a_view_streams_the_frames_that_were_asked_for(wide: Path) -> None:
     with open_footage(wide) as footage:
-        view = view_of(footage, TrackSettings(start=1, end=3))
+        view = view_of(footage, start=1, end=3)
 
         assert [frame.index for frame in view.frames()] == [1, 2]
 
 
 def test_a_region_beyond_the_picture_is_refused(wide: Path) -> None:
     with open_footage(wide) as footage, pytest.raises(UsageError, match="does not fit"):
-        view_of(footage, TrackSettings(region=(4000, 0, 100, 64)))
+        view_of(footage, (4000, 0, 100, 64))

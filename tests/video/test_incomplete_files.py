@@ -118,6 +118,18 @@ def test_a_blank_packet_costs_no_more_than_its_group_of_pictures(
     assert report.warnings
 
 
+def test_an_empty_packet_within_a_file_does_not_end_it(tmp_path: Path) -> None:
+    path = whole(tmp_path / "clip.mov", "mjpeg")
+    data = bytearray(path.read_bytes())
+    sizes = data.index(b"stsz") + 16  # after version, common size and number
+    before, empty = struct.unpack_from(">II", data, sizes + 4 * 20)
+    struct.pack_into(">II", data, sizes + 4 * 20, before + empty, 0)
+    path.write_bytes(data)
+    numbers, report = numbers_read(path)
+    assert numbers == [number for number in range(FRAMES) if number != 21]
+    assert report.frames_missing == 1
+
+
 def test_a_picture_that_cannot_be_decoded_is_counted_as_an_error(tmp_path: Path) -> None:
     path = whole(tmp_path / "clip.avi", "mjpeg")
     blank(path, 20)

@@ -202,11 +202,6 @@ def has_face(before: Floats, after: Floats) -> bool:
 
     Those of the body itself move on from one to the other.
     """
-    if before.shape[1] <= EDGE_PX:
-        return False
-    steps = [strip[:, EDGE_PX:] - strip[:, :-EDGE_PX] for strip in (before, after)]
-    for sign in (1, -1):
-        shares = (np.mean(sign * step > FACE_LEVELS, axis=0) > ROWS_SHARE for step in steps)
-        if bool(np.logical_and(*shares).any()):
-            return True
-    return False
+    steps = np.array([strip[:, EDGE_PX:] - strip[:, :-EDGE_PX] for strip in (before, after)])
+    clear = [np.mean(sign * steps > FACE_LEVELS, axis=1) > ROWS_SHARE for sign in (1, -1)]
+    return bool(np.all(clear, axis=1).any())

@@ -8,31 +8,27 @@ picture.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from count_video.records import Floats, Indices, Luma
-from count_video.tracking.background import (
-    Background,
-    agree_better,
-    background_of,
-    camera_moved,
-)
+from count_video.tracking.background import Background, agree_better, background_of
 from count_video.tracking.camera import Motion, camera_motion, scenery
 from count_video.tracking.corners import follow_corners
 from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.layers import BODIES_AT_MOST, add_bodies, apart, learn_again
 from count_video.tracking.learning import Body
+from count_video.tracking.pairing import Movers, has_pair
 from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg, unsteadiness
 from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions, reduced_for_regions
 from count_video.tracking.rigid import RigidGroup, scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
-from count_video.tracking.sequences import Chosen, Lumas, Prepared, Turned, prepared
+from count_video.tracking.sequences import Lumas, Made, Prepared, chosen, prepared
 from count_video.tracking.shape import Box, Part, Shape, known_of, size_of
-from count_video.tracking.turning import Turns, between, camera_turns, turned_back
+from count_video.tracking.turning import Turns, camera_turns, turned_back
 from count_video.video.store import PictureStore
 
 PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
@@ -44,49 +40,20 @@ OTHERS_ODDS = 3.0
 """Logarithm of the odds that what two halves of the scenery agree on is the camera's motion: of
 some fifty rendered clips with a known camera, bodies of those that it shook lose 2.3 by it at most;
 those of 13 where it stood, and more than 0.5 px was measured, win 3.3 to 430, but for four."""
-TIMES_LEARNT, SETTLED_PX = 1, 2.0
-"""Outlines are learnt at most so often more, until their sizes change by less than this."""
+SETTLED_PX = 2.0
+"""Outlines whose sizes change by more than this are learnt once more."""
 ROUNDS = 4
 """So often bodies are sought in what those that are known leave unexplained."""
 
 
-@dataclass(frozen=True)
-class Movers:
-    """The bodies that move in a clip, those with most corners first."""
-
-    bodies: list[Followed]
-    """In pictures that are transposed where ``upright``."""
-    tilt_deg: float
-    """Direction of motion in those pictures, from their x axis."""
-    upright: bool
-    """True if the pictures were transposed because the bodies move up and down."""
-    motion: Motion | None
-    """How the camera moved, by image x and y; None where it stood."""
-    turns: Turns | None = None
-    """How it turned and scaled each picture; None where it did not. All else is freed of it."""
+NOTHING_MOVES = Movers([], 0.0, upright=False, shift_px=None)
 
 
-NOTHING_MOVES = Movers([], 0.0, upright=False, motion=None)
-
-
-def find_movers(
-    pictures: Sequence[Luma],
-    frames: Indices,
-    thumbnails: Thumbnails,
-    enough: Callable[[Sequence[Followed]], bool],
-) -> Movers:
+def find_movers(pictures: Sequence[Luma], frames: Indices, thumbnails: Thumbnails) -> Movers:
     """Find and follow all bodies that move in a clip.
 
-    Parameters
-    ----------
-    pictures
-        Lumas in order of time, n of them, each of shape (height, width).
-    frames
-        Frame index of each, shape (n,).
-    thumbnails
-        Some of the pictures, reduced; they are taken out of it.
-    enough
-        Whether no more bodies need be sought beside these.
+    ``pictures`` are in order of time, n of them, ``frames`` their indices, shape (n,), and
+    ``thumbnails`` some of them, reduced; they are taken out of it.
     """
     if len(pictures) < PICTURES_AT_LEAST or min(pictures[0].shape) < PICTURE_AT_LEAST_PX:
         return NOTHING_MOVES
@@ -96,23 +63,19 @@ def find_movers(
     scene = _Scene(samples, prepared(pictures, samples))
     turns = scene.camera_turns()
     if turns is None:
-        return _movers_in(pictures, frames, samples, scene, enough)
-    turns = between(turns, samples.chosen, len(frames))
+        return _movers_in(pictures, frames, samples, scene)
+    turns = np.interp(np.arange(len(frames)), samples.chosen, turns)
     with PictureStore() as level:
         for picture, turn in zip(pictures, turns, strict=True):
             level.append(turned_back(picture, turn))
         turned = _Scene(samples, prepared(level, samples))
         if turned.agrees_better_than(scene):
-            return replace(_movers_in(level, frames, samples, turned, enough), turns=turns)
-    return _movers_in(pictures, frames, samples, scene, enough)  # bodies that near each other
+            return replace(_movers_in(level, frames, samples, turned), turns=turns)
+    return _movers_in(pictures, frames, samples, scene)  # bodies that near each other
 
 
 def _movers_in(
-    pictures: Sequence[Luma],
-    frames: Indices,
-    samples: Samples,
-    scene: _Scene,
-    enough: Callable[[Sequence[Followed]], bool],
+    pictures: Sequence[Luma], frames: Indices, samples: Samples, scene: _Scene
 ) -> Movers:
     """Find and follow the bodies of a scene, which the camera may shift, and no more."""
     proposed = scene.proposals()
@@ -123,19 +86,19 @@ def _movers_in(
     roughs = scene.placed(proposed)
     along = [rough for rough in roughs if abs(line_tilt_deg([rough])) <= UPRIGHT_DEG]
     tilt = line_tilt_deg(along[:2] or roughs[:2])
-    lumas: Lumas = Turned(pictures) if upright else pictures
-    few = Chosen(lumas, samples.chosen)
+    lumas: Lumas = Made(lambda place: pictures[place].T) if upright else pictures
+    few = chosen(lumas, samples.chosen)
     clip = Clip(lumas, frames, samples.chosen, scene.background(few), np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)
     if motion is not None:
         shift = motion.everywhere_px
-        scene.shift_px = shift[samples.chosen][:, scene.axes] / scene.cut.scale
+        scene.shift_px = shift[samples.chosen][:, scene.axes] / scene.scale
         clip = replace(clip, background=scene.background(few), shift_px=shift)
-    followed = _followed(clip, scene, roughs, enough)
+    followed = _followed(clip, scene, roughs)
     if motion is None:
         return Movers(followed, tilt, upright, None)
     followed = [_less_sure(seen, motion) for seen in followed]
-    return Movers(followed, tilt, upright, motion.turned() if upright else motion)
+    return Movers(followed, tilt, upright, clip.shift_px[:, scene.axes])
 
 
 def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion | None:
@@ -146,7 +109,7 @@ def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion
     parts = scenery(few.pictures, clip.background, swept)
     if not scene.shift_px.any():
         some = np.arange(len(roughly))[:: 1 + len(roughly) // TREMBLE_OF]
-        if camera_motion(parts, Chosen(few.pictures, some), roughly[some]) is None:
+        if camera_motion(parts, chosen(few.pictures, some), roughly[some]) is None:
             return None
     between = [np.interp(clip.frames, few.frames, along) for along in roughly.T]
     motion = camera_motion(parts, clip.pictures, np.stack(between, axis=1))
@@ -166,34 +129,29 @@ def _disturbs(motion: Motion, few: Clip, samples: Indices, roughs: Sequence[Roug
     return after - before > OTHERS_ODDS
 
 
-def _followed(
-    clip: Clip, scene: _Scene, roughs: Sequence[Rough], enough: Callable[[Sequence[Followed]], bool]
-) -> list[Followed]:
+def _followed(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> list[Followed]:
     """Find bodies in the samples, round after round, and follow them through all pictures."""
     few = clip.sampled()
     found: list[Followed] = []
-    in_vain: list[Rough] = []
     settled: list[bool] = []
     for number in range(ROUNDS):
         known = len(found)
         if number > 0:
             roughs = scene.placed(scene.proposals([few.shape(seen) for seen in found]))
-        more, in_vain = add_bodies(few, roughs, found, in_vain)
+        more = add_bodies(few, roughs, found)
         as_they_are = [any(one is seen for seen in found) for one in more]
         if all(as_they_are):
             break  # of what is left, nothing can be followed
         few, found, settled = _learnt_again(few, scene, more, as_they_are)
         if number > 0:  # what is known by now hides those that were learnt before
             settled = [False] * len(found)
-        if len(found) <= known or len(found) >= BODIES_AT_MOST or enough(found):
+        if len(found) <= known or len(found) >= BODIES_AT_MOST or has_pair(found):
             break
-    for _ in range(TIMES_LEARNT):
-        if all(settled):
-            break
-        again, kept, settled = _learnt_again(few, scene, found, settled)
-        if len(kept) < len(found):
-            break  # one shows an outline no more, and nothing comes in its place
-        few, found = again, kept
+    if not all(settled):
+        again, kept, _ = _learnt_again(few, scene, found, settled)
+        # Unless one shows an outline no more, and nothing comes in its place.
+        if len(kept) == len(found):
+            few, found = again, kept
     clip = replace(clip, background=few.background)
     return apart([follow(clip, seen.body) for seen in found])
 
@@ -230,16 +188,17 @@ class _Scene:
     """
 
     def __init__(self, samples: Samples, small: Prepared) -> None:
-        self._lights, self.cut = samples.lights, small.cut
+        self._lights, self.scale, self._corner_px = samples.lights, small.scale, small.corner_px
         self.upright = False
         """Whether x and y of the pictures are swapped; those of the samples never are."""
-        self._corners = follow_corners(small.pictures, small.moved)
+        self._corners = follow_corners(small.pictures, samples.moved)
         self.shift_px: Floats = scene_path(self._corners, small.pictures[0].shape)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
-        if self.shift_px.any() and not camera_moved(small.pictures, self.shift_px):
-            self.shift_px = np.zeros_like(self.shift_px)
-        self._shape = small.pictures[0].shape
+        self._shape, still = small.pictures[0].shape, np.zeros_like(self.shift_px)
         self._small, self._scale = reduced_for_regions(small.pictures)
+        moved = self._small, self.shift_px / self._scale
+        if self.shift_px.any() and not agree_better(self._small, still, *moved):
+            self.shift_px = still
         self._all_change = 0.0
         """Sum of what changes in a sample: known once all that moves was sought."""
 
@@ -268,17 +227,17 @@ class _Scene:
 
     def placed(self, proposed: Sequence[RigidGroup]) -> list[Rough]:
         """Turn proposals into px of the clip's pictures."""
-        return roughly(proposed, self.cut, turned=self.upright)
+        return roughly(proposed, self.scale, self._corner_px, turned=self.upright)
 
     def background(self, pictures: Lumas, known: Sequence[Shape] = ()) -> Background:
         """Learn what stands still from the samples, but for what shapes hide."""
         lights = [one.turned() if self.upright else one for one in self._lights]
-        return background_of(pictures, self.cut.scale * self.shift_px[:, self.axes], lights, known)
+        return background_of(pictures, self.scale * self.shift_px[:, self.axes], lights, known)
 
     def _covered(self, shapes: Sequence[Shape]) -> list[list[Part]]:
         """Parts of each sample that known bodies cover, as it is reduced for regions."""
-        x, y = (self.cut.corner_px[axis] for axis in self.axes)
-        scale = self.cut.scale * self._scale
+        x, y = (self._corner_px[axis] for axis in self.axes)
+        scale = self.scale * self._scale
         each = ([one.part(k, (x, y), scale) for one in shapes] for k in range(len(self._lights)))
         return [[part[::-1] if self.upright else part for part in parts] for parts in each]
 
@@ -286,18 +245,11 @@ class _Scene:
 def _less_sure(seen: Followed, motion: Motion) -> Followed:
     """Add the camera's uncertainty; where its shift along x is not known, no body has a place."""
     sigma = np.hypot(seen.sigma_px, motion.sigma_px[:, 0])
-    known = np.isfinite(sigma)
-    x, y = (np.where(known, place, np.nan) for place in (seen.x_px, seen.y_px))
-    return replace(seen, x_px=x, y_px=y, sigma_px=sigma)
+    return replace(seen, sigma_px=sigma).only(np.isfinite(sigma))
 
 
 def _swept(rough: Rough) -> Box:
     """Box that a body passes over."""
-    x, y = known_of(rough.path_px).T
-    left, top, right, bottom = rough.box
-    return (
-        float(x.min()) + left,
-        float(y.min()) + top,
-        float(x.max()) + right,
-        float(y.max()) + bottom,
-    )
+    path = known_of(rough.path_px)
+    low, high = path.min(axis=0) + rough.box[:2], path.max(axis=0) + rough.box[2:]
+    return (*low.tolist(), *high.tolist())

@@ -23,7 +23,7 @@ from count_video.signals import interpolated
 from count_video.tracking.background import ROUNDING, Background
 from count_video.tracking.paths import only
 from count_video.tracking.registration import register_all
-from count_video.tracking.sequences import Chosen, Lumas
+from count_video.tracking.sequences import Lumas, chosen
 from count_video.tracking.shape import Box
 from count_video.tracking.template import Template, make_template, piece_at
 from count_video.video.pictures import reduced
@@ -74,22 +74,12 @@ class Motion:
         """Shift with what could not be measured interpolated, shape (n, 2)."""
         return np.stack([interpolated(shift) for shift in self.shift_px.T], axis=1)
 
-    def turned(self) -> Motion:
-        """Swap x and y."""
-        return Motion(self.shift_px[:, ::-1], self.sigma_px[:, ::-1])
-
 
 def scenery(pictures: Lumas, background: Background, swept: Sequence[Box]) -> Scenery | None:
     """Blocks of the background that show where a picture lies; None if nothing does.
 
-    Parameters
-    ----------
-    pictures
-        Samples, each of shape (height, width).
-    background
-        What stands still in them, and how far the camera has roughly moved them.
-    swept
-        Boxes that what may be bodies passes over, the likeliest first.
+    ``pictures`` are the samples, ``swept`` boxes that what may be bodies passes over, the likeliest
+    first.
     """
     luma, guesses = background.luma, background.shift_px
     some = np.unique(np.linspace(0, len(guesses) - 1, MEASURED_OF).astype(int))
@@ -105,7 +95,7 @@ def scenery(pictures: Lumas, background: Background, swept: Sequence[Box]) -> Sc
         if len(clear) < BLOCKS_AT_LEAST:
             continue
         halves = [_made(whole, part, change.shape) for part in (clear[::2], clear[1::2])]
-        found = [_places(half, Chosen(pictures, some), guesses[some])[0] for half in halves]
+        found = [_places(half, chosen(pictures, some), guesses[some])[0] for half in halves]
         apart = np.subtract(*found)
         if np.isnan(apart).any(axis=1).mean() > 0.5:
             continue
@@ -123,14 +113,8 @@ def scenery(pictures: Lumas, background: Background, swept: Sequence[Box]) -> Sc
 def camera_motion(parts: Scenery | None, pictures: Lumas, roughly_px: Floats) -> Motion | None:
     """Measure how the camera moved; None where it stood still or nothing shows it.
 
-    Parameters
-    ----------
-    parts
-        Of the background.
-    pictures
-        Those to measure it in, in order of time, n of them, each of shape (height, width).
-    roughly_px
-        How far it moved them, by x and y, right to some px, shape (n, 2).
+    ``pictures`` are in order of time, n of them, and ``roughly_px`` is how far it moved them, by x
+    and y, right to some px, shape (n, 2).
     """
     if parts is None:
         return None

@@ -29,7 +29,7 @@ SECTORS, SECTORS_AT_LEAST = 24, 10.5
 bodies at most 10, but for wheels and the like (189 outlines of rendered clips, truth known)."""
 POINTS_AT_LEAST = 16
 POINTS_AT_MOST = 400
-"""More points are thinned out at random: the vote does not need them."""
+"""More points are thinned out: the vote does not need them."""
 RADIUS_SHARE = (0.2, 0.7)
 """Radius as a share of the height of the area that is searched."""
 CLEAR_QUANTILE, NOISE_CLEAR = 0.9, 0.1
@@ -49,6 +49,11 @@ class Circle:
     radius_px: float
     sectors: float
     """So many of its sectors show it, of ``SECTORS``."""
+
+    def away_px(self, shape: tuple[int, ...]) -> Floats:
+        """How far pixels of a picture lie outside of it, shape (height, width); inside negative."""
+        y, x = np.indices(shape)
+        return np.asarray(np.hypot(x - self.x_px, y - self.y_px) - self.radius_px)
 
 
 @dataclass(frozen=True)
@@ -162,8 +167,9 @@ def _clearest(points: Floats, clear: Floats, circles: Floats, near: Mask) -> Flo
     found = np.zeros((len(circles), SECTORS))
     circle, point = np.nonzero(near)
     away = points[point] - circles[circle, :2]
+    turn = np.arctan2(away[:, 1], away[:, 0]) / (2 * np.pi) + 0.5
     # Points are in order of their clarity, and of those in one sector the last one stays.
-    found[circle, _sector(away[:, 0], away[:, 1])] = clear[point]
+    found[circle, np.floor(turn * SECTORS).astype(np.intp) % SECTORS] = clear[point]
     return found
 
 
@@ -179,12 +185,6 @@ def _near(points: Floats, circles: Floats, reach_px: float, outside_px: float = 
     of_circles = np.stack([-2 * x, -2 * y, np.ones(len(x)), rest], axis=1)
     of_points = np.stack([*points.T, (points**2).sum(axis=1), np.ones(len(points))])
     return np.asarray(np.abs(of_circles @ of_points) < 2 * reach_px * radius[:, None])
-
-
-def _sector(x: Floats, y: Floats) -> Indices:
-    """Return the number of the sector in which a direction lies."""
-    turn = np.arctan2(y, x) / (2 * np.pi) + 0.5
-    return np.floor(turn * SECTORS).astype(np.intp) % SECTORS
 
 
 def _refined(

@@ -69,15 +69,10 @@ class Trajectories:
 
 
 def follow_corners(pictures: Sequence[Luma], moved: Mask) -> Trajectories:
-    """Follow corners through pictures in which everything moves by a few px from one to the next.
+    """Follow corners through samples in which everything moves by a few px from one to the next.
 
-    Parameters
-    ----------
-    pictures
-        Samples in order of time, each of shape (height, width).
-    moved
-        Where the ``references`` among them show anything that moves, at any size, shape
-        (references, rows, columns).
+    ``moved`` is where the ``references`` among them show anything that moves, at any size, shape
+    (references, rows, columns).
     """
     count = len(pictures)
     begun = references(count)

@@ -76,12 +76,6 @@ class Stage:
         """Those that are not left out."""
         return np.flatnonzero(np.isfinite(self.path_px[:, 0]))
 
-    def within(self, size: tuple[int, ...]) -> Floats:
-        """Share of the box that lies within pictures of this size, shape (samples,)."""
-        box, picture = self.shape[::-1], size[::-1]
-        shown = np.minimum(self.path_px + box, picture) - np.maximum(self.path_px, 0.0)
-        return np.asarray(np.prod(np.maximum(shown, 0.0) / box, axis=1))
-
     def at(self, path_px: Floats, samples: Indices) -> Stage:
         """Put it where its path is in some samples."""
         return replace(self, path_px=only(path_px + self.corner, samples))
@@ -104,22 +98,13 @@ class Stage:
         return height * width > AREA_SHARE * source.background.luma.size
 
 
-def wide_cut(
+def cut_out(
     source: Source, stage: Stage, margin: tuple[int, int], fence: Fence
 ) -> tuple[Stage, Outline] | None:
-    """Cut out what moves with a body and hangs together with its box; None if nothing does."""
-    return _cut(source, replace(stage, own=None), margin, fence)
+    """Cut out what moves with a body and hangs together with its box; None if nothing does.
 
-
-def close_cut(source: Source, wide: Stage, fence: Fence) -> tuple[Stage, Outline] | None:
-    """Cut a body out of the pictures as they are, within what a wide view gives of it."""
-    margin = CLOSE_PX + wide.unsure_px
-    return _cut(replace(source, neighbours=()), wide, (margin, margin), fence)
-
-
-def _cut(
-    source: Source, stage: Stage, margin: tuple[int, int], fence: Fence
-) -> tuple[Stage, Outline] | None:
+    Where its own pixels are known from a wide view, it lies within these.
+    """
     if len(stage.samples) < SIGHTINGS_AT_LEAST or stage.fills(source):
         return None
     mean = _mean(source, stage, margin)
@@ -132,25 +117,17 @@ def _cut(
     part = slice(top, int(rows[-1]) + edge + 1), slice(left, int(columns[-1]) + edge + 1)
     begin = left - margin[1]
     ends = [side / stage.scale - stage.corner[0] - begin for side in fence]
-    outline = find_outline(
-        Mean(
-            mean.appearance[part],
-            mean.variance[part],
-            own[part],
-            mean.behind[part],
-            mean.through[part],
-        ),
-        (ends[0], ends[1]),
-        circles=stage.own is not None,
+    held = Mean(
+        mean.appearance[part], mean.variance[part], own[part], mean.behind[part], mean.through[part]
     )
+    outline = find_outline(held, (ends[0], ends[1]), circles=stage.own is not None)
     if outline is None:
         return None
     x, y = begin + outline.begin_px, top - margin[0]
     shape = outline.template.shape
-    held = own[part][:, outline.begin_px : outline.begin_px + shape[1]]
+    pixels = held.moving[:, outline.begin_px : outline.begin_px + shape[1]]
     corner = stage.corner[0] + x, stage.corner[1] + y
-    path_px = stage.path_px + np.array([x, y])
-    return Stage(stage.scale, corner, shape, path_px, held), outline
+    return Stage(stage.scale, corner, shape, stage.path_px + np.array([x, y]), pixels), outline
 
 
 def _mean(source: Source, stage: Stage, margin: tuple[int, int]) -> Mean:

@@ -13,7 +13,6 @@ touches it lies outside: such radii are outliers (Tukey's biweight).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -21,13 +20,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats, Indices, Luma, Mask, Pixels
+from count_video.records import Floats, Indices, Luma, Pixels
 from count_video.signals import QUARTILE
 from count_video.tracking.regions import NOISE_LEVELS, NOISE_SIGMAS
-from count_video.tracking.registration import Fit, Fits
-from count_video.tracking.search import likely_places
+from count_video.tracking.registration import Fits
 from count_video.tracking.sequences import Lumas, moved_back
-from count_video.tracking.shape import Box, Place
+from count_video.tracking.shape import Box, share_within
 from count_video.tracking.template import piece_at
 
 DIFFERS, THINNED = np.uint8(100), 4
@@ -94,50 +92,34 @@ class Disc:
         return low, low, high, high
 
 
-@dataclass(frozen=True)
-class WithBackground:
-    """Pictures with what stands still in them."""
-
-    pictures: Lumas
-    """Each of shape (height, width), n of them."""
-    behind: Luma
-    """The background, shape (height, width)."""
-    shift_px: Floats
-    """How far the camera has moved each picture, by x and y, shape (n, 2)."""
-
-
-def register_discs(scene: WithBackground, disc: Disc, guesses_px: Floats) -> Fits:
+def register_discs(
+    pictures: Lumas, behind: Luma, shift_px: Floats, disc: Disc, guesses_px: Floats
+) -> Fits:
     """Place a disc in the pictures for which there is a guess.
 
-    ``guesses_px`` is image x and y of its box's top left pixel, right to some px, shape (n, 2); NaN
-    where there is none. The agreement is the square root of the share of the outline that shows.
+    ``behind`` is the background, which the camera has moved in each of n pictures by ``shift_px``.
+    ``guesses_px`` is image x and y of the box's top left pixel, right to some px, NaN where there
+    is none; both have shape (n, 2). The agreement is the square root of the share of the outline
+    that shows.
     """
-    found, rays = np.full((len(guesses_px), 6), np.nan), _rays(disc.radius_px)
+    found = np.full((len(guesses_px), 6), np.nan)
     for number in np.flatnonzero(np.isfinite(guesses_px[:, 0])).tolist():
-        fit = _registered(scene, number, disc, rays, guesses_px[number])
+        seen = pictures[number], behind, shift_px[number]
+        fit = _registered(*seen, disc, guesses_px[number])
         if fit is not None:
             found[number] = fit
     return Fits(found)
 
 
-def search_disc(scene: WithBackground, disc: Disc, near: Place, reach_px: Place) -> Iterator[Fit]:
-    """Find a disc in the first picture: the place that agrees best first.
-
-    ``near`` is where the box's top left pixel once was, ``reach_px`` how far from there to search
-    along x and along y.
-    """
-    picture, shift = scene.pictures[0], scene.shift_px[0]
-    behind = moved_back(scene.behind, -shift) if shift.any() else scene.behind
+def differing(picture: Luma, behind: Luma, shift_px: Floats) -> Luma:
+    """Show what differs from the background, which the camera has moved so far, as discs look."""
+    behind = moved_back(behind, -shift_px)
     few = (slice(None, None, THINNED), slice(None, None, THINNED))
     gain = float(np.median(picture[few] / np.maximum(behind[few], np.float32(1.0))))
     away = cv2.absdiff(np.ascontiguousarray(picture), cv2.convertScaleAbs(behind, alpha=gain))
     least = difference_at_least(away[few].astype(np.float32))
     differs = cv2.convertScaleAbs(away, alpha=float(DIFFERS) / least)
-    places = likely_places(np.minimum(differs, DIFFERS), disc, near, reach_px)
-    rays = _rays(disc.radius_px)
-    fits = [_registered(scene, 0, disc, rays, np.array(place)) for place in places]
-    found = [Fit(*fit) for fit in fits if fit is not None]
-    yield from sorted(found, key=lambda fit: -fit.agreement)
+    return np.minimum(differs, DIFFERS)
 
 
 def difference_at_least(away: Pixels) -> float:
@@ -190,31 +172,24 @@ def _rays(radius_px: float) -> _Rays:
 
 
 def _registered(
-    scene: WithBackground, number: int, disc: Disc, rays: _Rays, guess: Floats
+    picture: Luma, behind: Luma, shift_px: Floats, disc: Disc, guess: Floats
 ) -> list[float] | None:
     """Place a disc in one picture; a row of ``Fits``."""
-    picture = scene.pictures[number]
-    inside = _inside(picture.shape, disc.shape, guess)
+    rays = _rays(disc.radius_px)
+    inside = float(share_within(guess, disc.shape, picture.shape))
     if inside == 0:
         return None
     begin = guess + disc.middle_px - rays.half_px
-    away = _differences(picture, scene.behind, rays, (begin, scene.shift_px[number]))
-    edges = _edges(away)
-    scores = edges.shown[np.arange(len(away)), rays.columns].mean(axis=1)
-    found = _laid(edges, rays, rays.shifts_px[int(np.argmax(scores))])
+    away = _differences(picture, behind, rays, (begin, shift_px))
+    shown, at = _edges(away, rays.on_circle)
+    scores = shown[np.arange(len(away)), rays.columns].mean(axis=1)
+    found = _laid(shown, at, rays, rays.shifts_px[int(np.argmax(scores))])
     if found is None:
         return None
     shift, sigma = found
     ends = np.rint(rays.directions @ shift / STEP_PX).astype(np.intp) + rays.on_circle
-    share = edges.shown[np.arange(len(away)), ends.clip(0, away.shape[1] - 1)].mean()
+    share = shown[np.arange(len(away)), ends.clip(0, away.shape[1] - 1)].mean()
     return [*(guess + shift).tolist(), *sigma.tolist(), math.sqrt(share), inside]
-
-
-def _inside(picture: tuple[int, ...], box: tuple[int, int], place: Floats) -> float:
-    """Share of a box that a picture of this shape shows."""
-    size = np.array(box[::-1])
-    shown = np.minimum(place + size, picture[::-1]) - np.maximum(place, 0.0)
-    return float(np.prod(np.maximum(shown, 0.0) / size))
 
 
 def _differences(picture: Luma, behind: Luma, rays: _Rays, place: tuple[Floats, Floats]) -> Pixels:
@@ -235,19 +210,13 @@ def _differences(picture: Luma, behind: Luma, rays: _Rays, place: tuple[Floats, 
     return np.asarray(np.abs(seen - gain * back), np.float32)
 
 
-@dataclass(frozen=True)
-class _Edges:
-    """Where each ray may meet the outline; arrays have shape (m, k)."""
+def _edges(away: Pixels, on_circle: int) -> tuple[Pixels, Floats]:
+    """Where each ray may meet the outline; both arrays have shape (m, k).
 
-    shown: Pixels
-    """How clearly it would show at each place, 0 to 1."""
-    beyond_half: Mask
-    """Where the difference is more than half of the largest one inside of it."""
-    part: Pixels
-    """How far from there to the next place it falls to that half, in steps."""
-
-
-def _edges(away: Pixels) -> _Edges:
+    Returns how clearly it would show at each place, 0 to 1, and how far outside of the circle the
+    difference falls to half of the largest one inside of it, between there and the next place, in
+    px; infinite where it does not.
+    """
     inner, blur = round(INSIDE_PX / STEP_PX), round(BLUR_PX / STEP_PX)
     outer = away[:, -inner:]
     # The largest difference from so far inside of each place up to it, and beyond its blur.
@@ -260,25 +229,24 @@ def _edges(away: Pixels) -> _Edges:
     after = np.concatenate([away[:, 1:], away[:, -1:]], axis=1)
     half = most / 2
     part = (away - half) / np.maximum(away - after, 1e-3)
-    return _Edges(shown.astype(np.float32), (away >= half) & (after < half) & clear, part)
+    at = STEP_PX * (np.arange(away.shape[1]) + part - on_circle)
+    return shown.astype(np.float32), np.where((away >= half) & (after < half) & clear, at, np.inf)
 
 
-def _laid(edges: _Edges, rays: _Rays, shift: Floats) -> tuple[Floats, Floats] | None:
+def _laid(shown: Pixels, at: Floats, rays: _Rays, shift: Floats) -> tuple[Floats, Floats] | None:
     """Lay the circle by least squares; its shift and its standard uncertainty, by x and y."""
     ray = np.arange(len(rays.directions))
-    steps = np.arange(edges.shown.shape[1])
-    at = np.where(edges.beyond_half, STEP_PX * (steps + edges.part - rays.on_circle), np.inf)
     weight, left_over, inverse = np.zeros(len(ray)), np.zeros(len(ray)), np.eye(2)
     for cut in CUTS_PX:
         expected = rays.directions @ shift
         near = np.abs(at - expected[:, None]) < cut
-        nearest = len(steps) - 1 - np.argmax(near[:, ::-1], axis=1)
+        nearest = at.shape[1] - 1 - np.argmax(near[:, ::-1], axis=1)
         left_over = at[ray, nearest] - expected
         seen = near.any(axis=1)
         if np.count_nonzero(seen) < RAYS_AT_LEAST:
             return None
         left_over = np.where(seen, left_over, 0.0)
-        weight = seen * np.square(1 - (left_over / cut) ** 2) * edges.shown[ray, nearest]
+        weight = seen * np.square(1 - (left_over / cut) ** 2) * shown[ray, nearest]
         normal = (rays.directions * weight[:, None]).T @ rays.directions
         if np.linalg.eigvalsh(normal)[0] < ROUND_AT_LEAST * len(ray):
             return None

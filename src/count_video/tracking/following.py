@@ -15,13 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.records import Floats, Indices, Pixels
+from count_video.records import Floats, Indices, Mask
+from count_video.signals import correlation
 from count_video.tracking.background import Background
-from count_video.tracking.disc import Disc, WithBackground, register_discs, search_disc
+from count_video.tracking.disc import Disc, differing, register_discs
 from count_video.tracking.learning import Body
 from count_video.tracking.registration import Fit, Fits, register_all
-from count_video.tracking.search import search
-from count_video.tracking.sequences import Chosen, Lumas
+from count_video.tracking.search import likely_places
+from count_video.tracking.sequences import Lumas, chosen
 from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import pixels_at
 
@@ -84,12 +85,17 @@ class Followed:
     @property
     def middle_px(self) -> Floats:
         """Image x of the middle of the outline."""
-        return self.x_px + (self.body.left_edge_px + self.body.right_edge_px) / 2
+        return self.x_px + (self.body.box[0] + self.body.box[2]) / 2
 
     @property
     def edges_px(self) -> tuple[Floats, Floats]:
         """Image x of the left and of the right end of the outline."""
-        return self.x_px + self.body.left_edge_px, self.x_px + self.body.right_edge_px
+        return self.x_px + self.body.box[0], self.x_px + self.body.box[2]
+
+    def only(self, rows: Mask) -> Followed:
+        """Leave out all sightings but those in some pictures."""
+        arrays = self.x_px, self.y_px, self.sigma_px
+        return Followed(self.body, *(np.where(rows, one, np.nan) for one in arrays))
 
 
 @dataclass(frozen=True)
@@ -109,21 +115,16 @@ class Clip:
     def sampled(self) -> Clip:
         """Take the samples alone."""
         frames, shift_px = self.frames[self.samples], self.shift_px[self.samples]
-        pictures, every = Chosen(self.pictures, self.samples), np.arange(len(frames))
+        pictures, every = chosen(self.pictures, self.samples), np.arange(len(frames))
         return Clip(pictures, frames, every, self.background, shift_px)
-
-    def with_background(self, rows: Indices) -> WithBackground:
-        """Take some pictures, by their rows, with what stands still in them."""
-        return WithBackground(
-            Chosen(self.pictures, rows), self.background.luma, self.shift_px[rows]
-        )
 
     def register(self, rows: Indices, body: Body, guesses_px: Floats) -> Fits:
         """Place a body in some pictures, by a guess for each, shape (n, 2)."""
-        scene = self.with_background(rows)
-        if isinstance(body.template, Disc):
-            return register_discs(scene, body.template, guesses_px)
-        return register_all(scene.pictures, body.template, guesses_px)
+        some, template = chosen(self.pictures, rows), body.template
+        if isinstance(template, Disc):
+            behind = self.background.luma, self.shift_px[rows]
+            return register_discs(some, *behind, template, guesses_px)
+        return register_all(some, template, guesses_px)
 
     def as_learnt(self, body: Body) -> Followed:
         """Take a body to be where it was when it was learnt, without an uncertainty."""
@@ -224,11 +225,16 @@ class _Path:
         return self._clip.register(np.array([row]), self._body, shown).fit(0)
 
     def _searched(self, row: int, near: Place) -> Fit | None:
-        template, place, reach = self._body.template, self._shown(row, near), self._reach()
+        clip, template, picture = self._clip, self._body.template, self._clip.pictures[row]
         if isinstance(template, Disc):
-            found = search_disc(self._clip.with_background(np.array([row])), template, place, reach)
-            return next(filter(self._is_sure, found), None)  # ends of bodies are half circles
-        fits = search(self._clip.pictures[row], template, place, reach)
+            picture = differing(picture, clip.background.luma, clip.shift_px[row])
+        places = likely_places(picture, template, self._shown(row, near), self._reach())
+        found = clip.register(np.full(len(places), row), self._body, np.reshape(places, (-1, 2)))
+        fits = sorted(
+            filter(None, map(found.fit, range(len(places)))), key=lambda fit: -fit.agreement
+        )
+        if isinstance(template, Disc):
+            return next(filter(self._is_sure, fits), None)  # ends of bodies are half circles
         return next((fit for fit in fits if self._believed(fit, row)), None)
 
     def _reach(self) -> Place:
@@ -285,12 +291,5 @@ class _Path:
         seen = pixels_at(self._clip.pictures[row], fit.x_px, fit.y_px, model.tiles)
         x, y = fit.x_px - self._clip.shift_px[row, 0], fit.y_px - self._clip.shift_px[row, 1]
         behind = pixels_at(self._clip.background.luma, float(x), float(y), model.tiles)
-        like = _correlation(seen, behind, model.weight)
+        like = correlation(seen, behind, model.weight)
         return None if 1 - like < SCENERY_RATIO * (1 - fit.agreement) else fit
-
-
-def _correlation(one: Pixels, other: Pixels, weight: Pixels) -> float:
-    """Weighted correlation of two pieces of n pixels; 0 where one is flat."""
-    a, b = (piece - np.average(piece, weights=weight) for piece in (one, other))
-    power = float((weight * a) @ a) * float((weight * b) @ b)
-    return float((weight * a) @ b) / power**0.5 if power > 0 else 0.0

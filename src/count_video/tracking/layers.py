@@ -10,6 +10,7 @@ import numpy as np
 
 from count_video.records import Floats, Indices, Mask
 from count_video.signals import MEDIAN_TO_SIGMA, running_median
+from count_video.tracking.composite import Source
 from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.disc import Disc
 from count_video.tracking.following import Clip, Followed, follow, was_followed
@@ -46,15 +47,9 @@ BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
 """So many bodies are followed that have many corners; others only if these are fewer than two."""
 
 
-def add_bodies(
-    clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed], in_vain: Sequence[Rough] = ()
-) -> tuple[list[Followed], list[Rough]]:
-    """Learn and follow bodies beside those that are known, each only once.
-
-    Proposals that were tried ``in_vain`` before are not tried again. Returns all bodies, and all
-    proposals that gave none.
-    """
-    found, failed = list(known), list(in_vain)
+def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -> list[Followed]:
+    """Learn and follow bodies beside those that are known, each only once; returns all."""
+    found = list(known)
     # Paths of corners are exact, those of regions right to some px.
     for rough in sorted(roughs, key=lambda one: one.blurred):
         enough = BODIES_AT_MOST if rough.sure else BODIES_ENOUGH
@@ -62,38 +57,36 @@ def add_bodies(
             break
         if any(_holds(rough, other, clip) for other in found):
             continue
-        if any(_alike(rough, one) for one in in_vain):
-            continue
         others = [other.path_px for other in roughs if other is not rough][:NEIGHBOURS]
-        seeds = _seeds_beside(rough, roughs)
+        # Paths of corners are exact; those of its own are no other's.
+        exact = [other.corners for other in roughs if not other.blurred]
+        seeds = [seed for seed in exact if not seed.moves_with(rough.corners)]
         bodies = [clip.shape(other) for other in found]
-        hide = [*seeds, *(one for one in bodies if rough.blurred or not _holds_seed(one, rough))]
+        hide = [*seeds, *(one for one in bodies if rough.blurred or not one.holds(rough.corners))]
         paths = [seed.path_px for seed in seeds]
-        body = learn(clip.pictures, clip.background, rough, others, hide, paths[:NEIGHBOURS])
+        source = Source(clip.pictures, clip.background, hide, paths[:NEIGHBOURS])
+        body = learn(source, rough, others)
         if not _is_steady_ball(body, rough):
             body = _or_ball(clip, rough, body, bodies)
         if body is None or any(
             _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
         ):
-            failed.append(rough)
             continue
         seen = follow(clip, body)
         moves = was_followed(seen.x_px) and _travel_px(seen) > MOVES_PX
-        alike = [same_body(seen, other) for other in found]
+        alike = [same_body(seen.xy_px, other.xy_px) for other in found]
         if moves and not any(_stands_for_both(found[k].body, body) for k in np.flatnonzero(alike)):
             found = [other for other, same in zip(found, alike, strict=True) if not same]
             found.append(seen)
-        else:
-            failed.append(rough)
-    return found, failed
+    return found
 
 
 def _or_ball(clip: Clip, rough: Rough, body: Body | None, known: Sequence[Shape]) -> Body | None:
     """Take a ball whose surface changes for what was learnt of it: a part, or a rare view."""
-    source = clip.pictures, clip.background
-    ball = find_ball(source, rough.path_px, rough.box, known)
+    source = Source(clip.pictures, clip.background, known)
+    ball = find_ball(source, rough.path_px, rough.box)
     if ball is None and body is not None:
-        ball = find_ball(source, body.path_px, body.box, known)
+        ball = find_ball(source, body.path_px, body.box)
     if ball is None or body is None:
         return ball or body
     return body if is_fixed_to(body, ball, clip) else ball
@@ -145,17 +138,15 @@ def apart(followed: Sequence[Followed]) -> list[Followed]:
     first.
     """
     once: dict[int, Followed] = {}
-    order = sorted(enumerate(followed), key=lambda one: (not _moves(one[1]), -_sightings(one[1])))
+    order = sorted(
+        enumerate(followed), key=lambda one: (not _moves(one[1]), -np.isfinite(one[1].x_px).sum())
+    )
     for number, seen in order:
-        if _moves_on(seen):
-            alike = (k for k, other in once.items() if same_body(seen, other))
+        if max(_ways_px(seen), default=0.0) > MOVES_PX:  # it does not only jump
+            alike = (k for k, other in once.items() if same_body(seen.xy_px, other.xy_px))
             first = next(alike, number)
             once[first] = _filled(once[first], seen) if first in once else seen
     return _in_places_of_their_own([once[number] for number in sorted(once)])
-
-
-def _sightings(seen: Followed) -> int:
-    return int(np.isfinite(seen.x_px).sum())
 
 
 def _filled(one: Followed, other: Followed) -> Followed:
@@ -177,7 +168,7 @@ def _in_places_of_their_own(once: Sequence[Followed]) -> list[Followed]:
     for one, other in permutations(range(len(once)), 2):
         shorter = paths[one] < paths[other]
         lost[one] |= shorter & _overlap(once[one], once[other])
-    kept = [_without(seen, rows) for seen, rows in zip(once, lost, strict=True)]
+    kept = [seen.only(~rows) for seen, rows in zip(once, lost, strict=True)]
     return [seen for seen in kept if _moves(seen)]
 
 
@@ -193,11 +184,6 @@ def _pieces(seen: Followed) -> list[Indices]:
     """Which pictures show the unbroken pieces of a path."""
     known = np.flatnonzero(np.isfinite(seen.x_px))
     return np.split(known, np.flatnonzero(_jumps(seen)) + 1)
-
-
-def _moves_on(seen: Followed) -> bool:
-    """Whether a template moves on in some piece of its path, and does not only jump."""
-    return max(_ways_px(seen), default=0.0) > MOVES_PX
 
 
 def _ways_px(seen: Followed) -> list[float]:
@@ -216,21 +202,11 @@ def _way_px(path_px: Floats) -> Floats:
 
 def _overlap(one: Followed, other: Followed) -> Mask:
     """Where the middle of one of two bodies lies within the outline of the other, shape (n,)."""
-    sizes = [
-        (seen.body.right_edge_px - seen.body.left_edge_px, seen.body.template.shape[0])
-        for seen in (one, other)
-    ]
+    sizes = [(size_of(seen.body.box)[0], seen.body.template.shape[0]) for seen in (one, other)]
     width, height = np.max(sizes, axis=0) / 2
     middles = [seen.y_px + size[1] / 2 for seen, size in zip((one, other), sizes, strict=True)]
     near = np.abs(one.middle_px - other.middle_px) < width
     return np.asarray(near & (np.abs(middles[0] - middles[1]) < height))
-
-
-def _without(seen: Followed, rows: Mask) -> Followed:
-    x, y, sigma = (
-        np.where(rows, np.nan, places) for places in (seen.x_px, seen.y_px, seen.sigma_px)
-    )
-    return replace(seen, x_px=x, y_px=y, sigma_px=sigma)
 
 
 def _jumps(seen: Followed) -> Mask:
@@ -257,18 +233,6 @@ def _moves(seen: Followed) -> bool:
     return way > MOVES_PX and jumped < JUMPS_SHARE * way
 
 
-def _seeds_beside(rough: Rough, roughs: Sequence[Rough]) -> list[Shape]:
-    """Corners of proposals whose paths are exact and not that of this one."""
-    own = rough.corners
-    seeds = [other.corners for other in roughs if other.corners is not None and not other.blurred]
-    return [seed for seed in seeds if own is not None and not seed.moves_with(own)]
-
-
-def _holds_seed(body: Shape, rough: Rough) -> bool:
-    """Whether a body that is known holds the corners of a proposal."""
-    return rough.corners is not None and body.holds(rough.corners)
-
-
 def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | None:
     """Learn a body from all samples in which it was found, without what others hide of it."""
     others, own = [other for other in found if other is not seen], few.shape(seen)
@@ -276,24 +240,15 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     sure = replace(seen, x_px=seen.sure_x_px)
     left, top, right, bottom = seen.body.box
     box = left - BLUR_PX, top - BLUR_PX, right + BLUR_PX, bottom + BLUR_PX
-    rough = Rough(few.shape(sure).path_px, box, (-np.inf, np.inf))
-    body = learn(
-        few.pictures,
-        few.background,
-        rough,
-        [shape.path_px for shape in shapes][:NEIGHBOURS],
-        [shape for shape in shapes if not shape.holds(own)],
-        [shape.path_px for shape in shapes if not shape.moves_with(own)][:NEIGHBOURS],
-    )
+    rough = Rough(few.shape(sure).path_px, box, (-np.inf, np.inf), own, again=True)
+    hide = [shape for shape in shapes if not shape.holds(own)]
+    paths = [shape.path_px for shape in shapes if not shape.moves_with(own)][:NEIGHBOURS]
+    source = Source(few.pictures, few.background, hide, paths)
+    body = learn(source, rough, [shape.path_px for shape in shapes][:NEIGHBOURS])
     alike = body is not None and _of_one_size(body, seen.body)
     if not seen.body.round_ or (alike and not isinstance(seen.body.template, Disc)):
         return body
     return _or_ball(few, rough, body, shapes)
-
-
-def _alike(one: Rough, other: Rough) -> bool:
-    """Whether two proposals are the same."""
-    return one.box == other.box and np.array_equal(one.path_px, other.path_px, equal_nan=True)
 
 
 def _holds(rough: Rough, other: Followed, clip: Clip) -> bool:
@@ -309,15 +264,10 @@ def _holds(rough: Rough, other: Followed, clip: Clip) -> bool:
 def _part_of(body: Body, other: Followed, clip: Clip) -> bool:
     """Whether a template, where it was learnt, keeps its distance from a body that was followed."""
     path_px = body.path_px - clip.shift_px
-    return _together(other.xy_px[body.learnt], path_px[body.learnt])
+    return same_body(other.xy_px[body.learnt], path_px[body.learnt])
 
 
-def same_body(one: Followed, other: Followed) -> bool:
-    """Whether two templates are parts of one body."""
-    return _together(one.xy_px, other.xy_px)
-
-
-def _together(one_px: Floats, other_px: Floats) -> bool:
+def same_body(one_px: Floats, other_px: Floats) -> bool:
     """Whether two paths, shape (n, 2), keep their distance by x, or by y if they move more by it.
 
     Across their motion all bodies of an experiment keep it. Two templates place a body that is

@@ -15,15 +15,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.records import Floats, Indices
-from count_video.tracking.background import Background
 from count_video.tracking.composite import Source
-from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
+from count_video.tracking.cutting import CLOSE_PX, SIGHTINGS_AT_LEAST, Stage, cut_out
 from count_video.tracking.disc import Disc
 from count_video.tracking.outline import Outline, widths_of
 from count_video.tracking.paths import Rough, choose, only
 from count_video.tracking.registration import register_all
 from count_video.tracking.sequences import Lumas
-from count_video.tracking.shape import Box, Shape
+from count_video.tracking.shape import Box, share_within, size_of
 from count_video.tracking.template import Template, make_template, piece_at
 
 SURROUNDINGS, ENDS_APART = 0.6, 1.5
@@ -60,15 +59,12 @@ INSIDE_AT_LEAST = 0.7
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A template with its outline; x is measured from the template's left column."""
+    """A template with its outline."""
 
     template: Template | Disc
     """Its appearance, or its outline alone where that changes from picture to picture."""
-    left_edge_px: float
-    right_edge_px: float
-    """Where the outline's outermost points are."""
-    rows_px: tuple[float, float]
-    """Its uppermost and lowest point, from the template's first row."""
+    box: Box
+    """The outline's outermost points, from the template's top left pixel."""
     round_: bool
     """Whether the outline is a circle, or as high as one of its width."""
     path_px: Floats
@@ -79,60 +75,25 @@ class Body:
     typical_agreement: float
     """Median correlation with the pictures it was learnt from."""
 
-    @property
-    def box(self) -> Box:
-        """Outline, from the template's top left pixel."""
-        return self.left_edge_px, self.rows_px[0], self.right_edge_px, self.rows_px[1]
+
+_View = tuple[Stage, Outline, bool]
+"""What a view of reduced pictures shows of a body, and whether the body ends within it."""
 
 
-@dataclass(frozen=True)
-class _View:
-    """What a view of reduced pictures shows of a body."""
-
-    pictures: Lumas
-    stage: Stage
-    outline: Outline
-    whole: bool
-    """Whether the body ends within it."""
-
-
-def learn(
-    pictures: Lumas,
-    background: Background,
-    rough: Rough,
-    others: Sequence[Floats],
-    known: Sequence[Shape] = (),
-    neighbours: Sequence[Floats] = (),
-) -> Body | None:
+def learn(source: Source, rough: Rough, others: Sequence[Floats]) -> Body | None:
     """Learn the template of a body that is roughly known.
 
-    Parameters
-    ----------
-    pictures
-        Samples, each of shape (height, width).
-    background
-        What stands still in them.
-    rough
-        The body as its corners show it.
-    others
-        Paths of the other bodies, by which samples are known to be alike, shape (samples, 2) each.
-    known
-        What hides the body in some samples.
-    neighbours
-        Paths of other bodies that move otherwise: what they explain better is not the body's.
-
-    Returns
-    -------
-    Body or None
-        None where the pieces show no outline, or too few agree with their median.
+    ``others`` are paths of other bodies, by which samples are known to be alike, shape (samples, 2)
+    each. None where the pieces show no outline, or too few agree with their median.
     """
-    source = Source(pictures, background, known, neighbours)
     chosen = choose(rough.path_px, others)
     wide = _wide(source, rough, chosen)
-    found = None if wide is None else close_cut(source, wide, rough.fence)
+    if wide is None:
+        return None
+    found = cut_out(source, wide, (CLOSE_PX + wide.unsure_px,) * 2, rough.fence)
     if found is None:
         return None
-    stage = _registered(pictures, *found)
+    stage = _registered(source.pictures, *found)
     rare = not rough.blurred and stage.agreeing < AGREEING_AT_LEAST
     if rare or len(stage.samples) < SIGHTINGS_AT_LEAST or stage.fills(source):
         return None
@@ -141,25 +102,26 @@ def learn(
 
 def _wide(source: Source, rough: Rough, chosen: Indices) -> Stage | None:
     """Learn what a body is, and where it ends, from some samples, reduced."""
-    again = rough.corners is None
     left, top, right, bottom = (round(edge) for edge in rough.box)
     stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), rough.path_px)
     few = chosen[:: -(-len(chosen) // WIDE_PICTURES)] if rough.sure else chosen
     stage = stage.at(rough.path_px, few)
     seen = None
-    for number in range(ROUNDS_AGAIN if again else ROUNDS):
+    for number in range(ROUNDS_AGAIN if rough.again else ROUNDS):
         seen = _seen(source, rough, stage) if number else _first_seen(source, rough, stage)
-        if seen is None or (rough.blurred and _outgrows(seen.stage, rough.box)):
+        if seen is None or (rough.blurred and _outgrows(seen[0], rough.box)):
             return None
-        after = seen.stage if again else _registered(seen.pictures, seen.stage, seen.outline)
+        after, outline, _ = seen
+        small = source.reduced(after.scale).pictures
+        if not rough.again:
+            after = _registered(small, after, outline)
         before, stage = stage.reduced(after.scale).shape, after.enlarged()
         if max(np.abs(np.subtract(after.shape, before))) <= SETTLED_PX:
             break
-    if again or seen is None:
+    if rough.again or seen is None:
         return stage.at(rough.path_px, chosen)
-    small = source.reduced(after.scale).pictures
     whole = stage.at(rough.path_px, chosen).reduced(after.scale)
-    return _registered(small, replace(whole, own=after.own), seen.outline).enlarged()
+    return _registered(small, replace(whole, own=after.own), outline).enlarged()
 
 
 def _first_seen(source: Source, rough: Rough, stage: Stage) -> _View | None:
@@ -168,7 +130,7 @@ def _first_seen(source: Source, rough: Rough, stage: Stage) -> _View | None:
     usual = SURROUNDINGS * max(right - left, bottom - top)
     widest = 0.0 if rough.blurred else BODY_SHARE * max(source.background.luma.shape)
     last, wider = _seen(source, rough, stage, align=rough.blurred), 1
-    while wider < WIDEST and wider * usual < widest and not (last and last.whole):
+    while wider < WIDEST and wider * usual < widest and not (last and last[2]):
         wider *= WIDER
         last = _seen(source, rough, stage, wider) or last
     return last
@@ -186,10 +148,8 @@ def _seen(
     small, before = source.reduced(scale), stage.reduced(scale)
     if align:
         before = replace(before, path_px=_aligned(small.pictures, before))
-    cut = wide_cut(small, before, margin, rough.fence)
-    if cut is None:
-        return None
-    return _View(small.pictures, *cut, whole=_ends_within(cut[0], before, margin))
+    cut = cut_out(small, before, margin, rough.fence)
+    return None if cut is None else (*cut, _ends_within(cut[0], before, margin))
 
 
 def _ends_within(found: Stage, before: Stage, margin: tuple[int, int]) -> bool:
@@ -233,16 +193,8 @@ def _body(outline: Outline, path_px: Floats, stage: Stage) -> Body:
     drift = np.median(stage.path_px[learnt] - (path_px[learnt] + corner), axis=0)
     path = path_px + (corner + drift)
     path[learnt] = stage.path_px[learnt]
-    return Body(
-        outline.template,
-        outline.left_px,
-        outline.right_px,
-        outline.rows_px,
-        outline.round_ or _as_high_as_wide(outline),
-        path,
-        learnt,
-        stage.agreement,
-    )
+    round_ = outline.round_ or _as_high_as_wide(outline)
+    return Body(outline.template, outline.box, round_, path, learnt, stage.agreement)
 
 
 def _as_high_as_wide(outline: Outline) -> bool:
@@ -251,7 +203,7 @@ def _as_high_as_wide(outline: Outline) -> bool:
     A circle's chords are longer than its radius over 0.87 of its diameter; the edge's blur, which
     the template holds as well, adds some px. Threads are narrow and add none.
     """
-    width = outline.right_px - outline.left_px
+    width, _ = size_of(outline.box)
     high = float(np.count_nonzero(widths_of(outline.template.weight > 0) >= 0.5 * width))
     return ROUND_HEIGHT[0] * width < high < ROUND_HEIGHT[1] * width
 
@@ -262,6 +214,7 @@ def _registered(pictures: Lumas, stage: Stage, outline: Outline) -> Stage:
     good = (fits.agreement >= AGREEMENT_AT_LEAST) & (fits.inside >= INSIDE_AT_LEAST)
     typical = float(np.median(fits.agreement[good])) if good.any() else 0.0
     agree = np.flatnonzero(good & (fits.agreement > AGREEMENT_SHARE * typical))
-    held = np.count_nonzero(stage.within(pictures[0].shape) >= INSIDE_AT_LEAST)
+    within = share_within(stage.path_px, stage.shape, pictures[0].shape)
+    held = np.count_nonzero(within >= INSIDE_AT_LEAST)
     share = len(agree) / max(1, int(held))
     return replace(stage, path_px=only(fits.places_px, agree), agreement=typical, agreeing=share)

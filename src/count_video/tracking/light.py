@@ -36,8 +36,6 @@ for normal noise), and a standard deviation of the logarithm that all have at le
 STEPS, STEP_AT_LEAST = 20, CHANGE_AT_LEAST / 100
 """Of the iteration at most, none of which makes the fit worse, and the least that is worth another:
 the smallest change of light is a hundred times as large."""
-DECIDED_BY = 40
-"""Whether it varies is decided by so many of the pictures."""
 FITS = 2
 """The blocks are fitted so often; the second fit has the noise that the first one left over."""
 RIDGE = 1e-6
@@ -61,12 +59,7 @@ class Light:
     def over(self, place: Place, shape: tuple[int, int], size: Sequence[float]) -> Pixels:
         """Brightness over a piece of a picture, of the piece's shape; shape () if it is all one.
 
-        Parameters
-        ----------
-        place
-            Image x and y of the piece's top left pixel.
-        shape, size
-            Height and width of the piece and of the picture.
+        The piece begins at a place; ``shape`` and ``size`` are those of piece and picture.
         """
         if self.waves is None:
             return np.asarray(np.float32(self.gain))
@@ -118,22 +111,13 @@ def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Lig
     have no say in it while they fill less than half of a picture. Where it leaves open what hangs
     together (a body, an edge too sharp for waves), few blocks say something of their own.
     Where it leaves open more than the smallest change of light, as where a camera pans, the
-    pictures are not those of one scene in another light.
-
-    Parameters
-    ----------
-    pictures
-        Of one scene, each of shape (height, width).
-    gains
-        By how much brighter each was, shape (pictures,).
-    median
-        Of the pictures.
+    pictures are not those of one scene in another light. ``gains`` is by how much brighter each
+    was, shape (pictures,), ``median`` that of the pictures.
     """
     height, width = median.shape
     shape = _share(height, width), _share(width, height)
     before = _logarithms(median, shape)
-    every = np.array([_logarithms(one, shape) - before for one in pictures])
-    ratio = every[:: -(-len(every) // DECIDED_BY)]
+    ratio = np.array([_logarithms(one, shape) - before for one in pictures])
     basis = [_cosines((np.arange(side) + 0.5) / side, _waves(side, shape)) for side in shape]
     waves = _fitted(ratio, basis)
     field = np.einsum("ai,nij,bj->nab", basis[0], waves, basis[1], optimize=True)
@@ -145,7 +129,6 @@ def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Lig
     still = float(np.median(scales[1])) < CHANGE_AT_LEAST
     if not (varies and still) or count * gain < waves[0].size / 2 * np.log(count):
         return [Light(gain) for gain in gains.tolist()]
-    waves = _fitted(every, basis)
     return [Light(gain, one) for gain, one in zip(gains.tolist(), waves, strict=True)]
 
 

@@ -49,14 +49,7 @@ def of_rank(values: NDArray[Level], rank: Indices) -> NDArray[Level]:
     """Value of each pixel below which so many of its others are; ``values`` may be changed.
 
     Sorted by a network of comparisons of whole pictures, which takes a tenth of the time of numpy's
-    sort of one pixel after the other.
-
-    Parameters
-    ----------
-    values
-        Shape (n, height, width).
-    rank
-        Shape (height, width), each less than n.
+    sort of one pixel after the other. Shapes are (n, height, width) and (height, width).
     """
     ordered: list[NDArray[Level]] = list(values)
     spare = np.empty_like(ordered[0])

@@ -13,14 +13,13 @@ from count_video.errors import UsageError
 from count_video.process import give_memory_back
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Indices, Luma
-from count_video.tracking.bodies import Movers, find_movers
+from count_video.tracking.bodies import find_movers
 from count_video.tracking.colour import Colours
-from count_video.tracking.pairing import has_pair
+from count_video.tracking.pairing import Movers
 from count_video.tracking.samples import Thumbnails, stored
 from count_video.tracking.shots import Shots
 from count_video.tracking.turning import turned_back
-from count_video.tracking.view import TrackSettings, View, view_of
-from count_video.video.reader import Footage
+from count_video.tracking.view import View
 from count_video.video.store import PictureStore
 
 PROGRESS_STEP = 16
@@ -51,24 +50,21 @@ class Observation:
         self.pictures.close()
 
 
-def observe(
-    footage: Footage, settings: TrackSettings, progress: Progress = NO_PROGRESS
-) -> Observation:
+def observe(view: View, progress: Progress = NO_PROGRESS) -> Observation:
     """Decode a clip once and follow everything that moves in it.
 
     Raises
     ------
     UsageError
-        If the region does not fit into the picture, or the start into the clip.
+        If the start does not fit into the clip.
     FootageError
         If the size of the picture changes on the way, or there is no room for its pictures.
     """
-    view = view_of(footage, settings)
     pictures, thumbnails, colours = PictureStore(), Thumbnails(), Colours()
     shots = Shots()
     frames: list[int] = []
     try:
-        progress.start(footage.info.frames_promised, "tracking")
+        progress.start(view.footage.info.frames_promised, "tracking")
         for frame in view.frames():
             if not frame.repeats_previous:
                 small = pictures.append(frame.luma)
@@ -79,10 +75,10 @@ def observe(
             if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
                 progress.advance(PROGRESS_STEP)
             del frame  # one picture of the decoder holds the memory of all
-        if not frames and settings.start:
+        if not frames and view.start:
             raise UsageError(
-                f"start {settings.start} leaves nothing of the clip, which has "
-                f"{footage.report().frames_decoded} frames; give an earlier one"
+                f"start {view.start} leaves nothing of the clip, which has "
+                f"{view.footage.report().frames_decoded} frames; give an earlier one"
             )
         shot = shots.longest()
         whole = len(shot) == len(frames)
@@ -99,7 +95,7 @@ def observe(
         colours.close()
         give_memory_back()
         indices = np.array(frames, dtype=np.intp)[shot.start : shot.stop]
-        movers = find_movers(pictures, indices, thumbnails, has_pair)
+        movers = find_movers(pictures, indices, thumbnails)
         return Observation(view, indices, pictures, movers, whole)
     except BaseException:
         pictures.close()

@@ -18,6 +18,7 @@ import numpy as np
 from count_video.records import Floats, Indices, Mask, Pixels
 from count_video.signals import beyond
 from count_video.tracking.circle import Circle, Edges, circle_through, placed, steepest
+from count_video.tracking.shape import Box
 from count_video.tracking.template import Template, make_template
 
 EDGE_POSSIBLE = 0.35
@@ -64,16 +65,13 @@ class Mean:
 
 @dataclass(frozen=True)
 class Outline:
-    """A body cut out of the mean; x is measured from the template's left column."""
+    """A body cut out of the mean."""
 
     template: Template
-    left_px: float
-    right_px: float
-    """Outermost points of the outline."""
+    box: Box
+    """Outermost points of the outline, from the template's top left pixel."""
     round_: bool
     """Whether the outline is a circle (a ball seen from the side)."""
-    rows_px: tuple[float, float]
-    """Uppermost and lowest point, from the template's first row."""
     begin_px: int
     """Column of the mean at which the template begins."""
 
@@ -97,7 +95,7 @@ def find_outline(mean: Mean, fence: tuple[float, float], *, circles: bool = True
     if circles and (circle is None or not _is_outline(circle, mean)):
         circle = _circle_of_ends(mean, slope, own)
     if circle is not None:
-        body = mean.moving & (_away(circle, body.shape) < BEYOND_OUTLINE_PX)
+        body = mean.moving & (circle.away_px(body.shape) < BEYOND_OUTLINE_PX)
     elif body.any(axis=1).sum() < FAINT_SHARE * body.shape[0] or _one_end(body, own):
         # Too faint for edges of its own: what moves together, less the blur of the decision.
         body = cv2.erode(mean.moving.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
@@ -155,14 +153,8 @@ def _is_outline(circle: Circle, mean: Mean) -> bool:
 
 def _beside(circle: Circle, mean: Mean) -> float:
     """Share of what moves that lies outside of a circle."""
-    outside = mean.moving & (_away(circle, mean.moving.shape) >= BEYOND_OUTLINE_PX)
+    outside = mean.moving & (circle.away_px(mean.moving.shape) >= BEYOND_OUTLINE_PX)
     return float(outside.sum() / mean.moving.sum())
-
-
-def _away(circle: Circle, shape: tuple[int, ...]) -> Floats:
-    """How far pixels lie outside of a circle, shape (height, width); inside it is negative."""
-    y, x = np.indices(shape)
-    return np.asarray(np.hypot(x - circle.x_px, y - circle.y_px) - circle.radius_px)
 
 
 def _cut_out(
@@ -190,8 +182,8 @@ def _cut_out(
         high = float(rows[0]), float(rows[-1])
     else:
         high = circle.y_px - circle.radius_px, circle.y_px + circle.radius_px
-    round_ = circle is not None
-    return Outline(template, ends[0] - begin, ends[1] - begin, round_, high, begin)
+    box = ends[0] - begin, high[0], ends[1] - begin, high[1]
+    return Outline(template, box, circle is not None, begin)
 
 
 def ends_of(own: Mask) -> tuple[Indices, Indices]:

@@ -12,7 +12,6 @@ from itertools import combinations
 
 import numpy as np
 
-from count_video.errors import TrackingError
 from count_video.records import (
     BodyTrack,
     CameraTurns,
@@ -23,8 +22,9 @@ from count_video.records import (
     WallSide,
 )
 from count_video.signals import NOISE_AT_LEAST_PX, low_points, noise_px, sigma_of
-from count_video.tracking.bodies import Movers
-from count_video.tracking.following import FRAMES_AT_LEAST, Followed, was_followed
+from count_video.tracking.following import Followed, was_followed
+from count_video.tracking.shape import size_of
+from count_video.tracking.turning import Turns
 from count_video.tracking.view import View
 
 PAIRS_AT_MOST = 3
@@ -52,39 +52,33 @@ LEAVES_WITHIN = 8
 than these may show a title."""
 
 
+@dataclass(frozen=True)
+class Movers:
+    """The bodies that move in a clip, those with most corners first."""
+
+    bodies: list[Followed]
+    """In pictures that are transposed where ``upright``."""
+    tilt_deg: float
+    """Direction of motion in those pictures, from their x axis."""
+    upright: bool
+    """True if the pictures were transposed because the bodies move up and down."""
+    shift_px: Floats | None
+    """How the camera moved each picture, by image x and y, shape (n, 2); None where it stood."""
+    turns: Turns | None = None
+    """How it turned and scaled each picture; None where it did not. All else is freed of it."""
+
+
 def pair_tracks(
     movers: Movers, frames: Indices, view: View, wall: WallSide | None = None
 ) -> list[Track]:
     """Tracks of the pairs that may be ball and heavy body, the likeliest first.
 
-    Parameters
-    ----------
-    movers
-        All bodies that were followed.
-    frames
-        Indices of the pictures in which they were searched for, shape (n,).
-    view
-        The view they were searched for in.
-    wall
-        Where the wall is; None to find it by the motion.
-
-    Raises
-    ------
-    TrackingError
-        If no two bodies that could collide are found; the message says what was missing.
+    ``frames`` are the indices of the pictures in which the movers were sought, shape (n,), ``view``
+    is the view of them, and ``wall`` the side of the wall; None to find it by the motion.
     """
-    if not movers.bodies:
-        raise TrackingError("nothing moves along a line as a rigid body does")
-    ranked = ranked_pairs(movers.bodies)
-    if not ranked:
-        raise TrackingError("no two bodies move side by side")
-    if len(frames) < FRAMES_AT_LEAST:
-        raise TrackingError(f"only {len(frames)} different pictures: too few to show collisions")
-    tracks = [_track(pair, movers, frames, view, wall) for pair in ranked[:PAIRS_AT_MOST]]
-    followed = [track for track in tracks if track is not None]
-    if not followed:
-        raise TrackingError("the bodies cannot be followed through the clip: they are lost")
-    return followed
+    pairs = ranked_pairs(movers.bodies)[:PAIRS_AT_MOST]
+    tracks = (_track(pair, movers, frames, view, wall) for pair in pairs)
+    return [track for track in tracks if track is not None]
 
 
 def ranked_pairs(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
@@ -106,20 +100,15 @@ def has_pair(found: Sequence[Followed]) -> bool:
     return any(
         _meet(left, right)
         and _score(left, right) > 0
-        and (left.body.round_ or right.body.round_ or _exchange_momentum(left, right))
+        and (left.body.round_ or right.body.round_ or _opposite(left, right) > EXCHANGED)
         for left, right in filter(_on_one_line, _neighbours(found))
     )
 
 
-def _exchange_momentum(left: Followed, right: Followed) -> bool:
-    """Whether velocities jump in opposite directions where the bodies are nearest."""
-    return _opposite(left.x_px, right.x_px, _contacts(left, right)) > EXCHANGED
-
-
-def _contacts(left: Followed, right: Followed) -> Indices:
-    """Rows of the pictures in which the gap between two bodies is the least."""
+def _gap(left: Followed, right: Followed) -> tuple[Floats, Indices]:
+    """How far two bodies are apart in each picture, and in which rows they are nearest."""
     gap = right.edges_px[0] - left.edges_px[1]
-    return low_points(gap, 6.0 * sigma_of(gap))
+    return gap, low_points(gap, 6.0 * sigma_of(gap))
 
 
 def _neighbours(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
@@ -138,14 +127,14 @@ def _on_one_line(pair: tuple[Followed, Followed]) -> bool:
 
 def _meet(left: Followed, right: Followed) -> bool:
     """Whether two bodies come so near that they may touch, but do not pass over each other."""
-    gap = right.edges_px[0] - left.edges_px[1]
+    gap, _ = _gap(left, right)
     return abs(float(np.nanmin(gap))) < NEAR_SHARE * _least_size_px(left, right)
 
 
 def _least_size_px(left: Followed, right: Followed) -> float:
     """Width or height of two bodies, whichever is the least."""
-    widths = (one.body.right_edge_px - one.body.left_edge_px for one in (left, right))
-    return float(min(*widths, *(one.body.template.shape[0] for one in (left, right))))
+    bodies = left.body, right.body
+    return float(min(min(size_of(one.box)[0], one.template.shape[0]) for one in bodies))
 
 
 def _ordered(one: Followed, other: Followed) -> tuple[Followed, Followed]:
@@ -166,13 +155,8 @@ def _side_by_side(left: Followed, right: Followed) -> bool:
     apart = right.middle_px - left.middle_px
     if np.count_nonzero(both) < 4 or np.mean(apart[both] > 0) < ORDERED_SHARE:
         return False
-    return on_their_own(a[both], b[both])
-
-
-def on_their_own(one_px: Floats, other_px: Floats) -> bool:
-    """Whether two bodies move each on its own, by their places in the same pictures, shape (n,)."""
-    together, apart = float(np.std(one_px + other_px)), float(np.std(one_px - other_px))
-    return min(together, apart) > MIRROR_SHARE * max(together, apart)
+    together, away = float(np.std((a + b)[both])), float(np.std((a - b)[both]))
+    return min(together, away) > MIRROR_SHARE * max(together, away)
 
 
 def _score(left: Followed, right: Followed) -> float:
@@ -181,23 +165,24 @@ def _score(left: Followed, right: Followed) -> float:
     They repel each other, always at the same distance, and one of them bounces off something on
     its far side.
     """
-    gap, lows = right.edges_px[0] - left.edges_px[1], _contacts(left, right)
+    gap, lows = _gap(left, right)
     spread = float(np.median(np.abs(gap[lows] - np.median(gap[lows])))) if len(lows) else 0.0
     walls = max(far_side_jump(left.edges_px[0]), far_side_jump(-right.edges_px[1]))
     size = _least_size_px(left, right)
     noise = max(float(np.nanmedian(np.hypot(left.sigma_px, right.sigma_px))), NOISE_AT_LEAST_PX)
-    jumps = max(_opposite(left.x_px, right.x_px, lows), OPPOSITE_AT_LEAST)
+    jumps = max(_opposite(left, right), OPPOSITE_AT_LEAST)
     whole = (far_side_jump(gap) + walls) * size / noise
     return jumps * whole / (1 + (spread / CONTACT_SPREAD_PX) ** 2)
 
 
-def _opposite(left_px: Floats, right_px: Floats, contacts: Indices) -> float:
+def _opposite(one: Followed, other: Followed) -> float:
     """How much velocities jump in opposite directions, in one ratio: from 0 to 1.
 
     It is minus the correlation (about 0) of the two bodies' jumps at their contacts, by which
     momentum goes from one to the other.
     """
-    jumps = np.array([_jumps(path, contacts) for path in (left_px, right_px)])
+    _, contacts = _gap(one, other)
+    jumps = np.array([_jumps(seen.x_px, contacts) for seen in (one, other)])
     known = np.isfinite(jumps).all(axis=0)
     left, right = jumps[:, known]
     size = float(np.sqrt((left @ left) * (right @ right)))
@@ -294,9 +279,7 @@ def places_of(body: Followed, movers: Movers, view: View) -> Places:
 
 def camera_shift(movers: Movers, view: View) -> Floats | None:
     """How far the camera moved each picture, shape (n, 2), in px of the footage; None if not."""
-    if movers.motion is None:
-        return None
-    return np.asarray(view.factor * movers.motion.everywhere_px, dtype=np.float64)
+    return None if movers.shift_px is None else view.factor * movers.shift_px
 
 
 def camera_turned(movers: Movers, view: View) -> CameraTurns | None:
@@ -322,17 +305,9 @@ def contradiction(given: WallSide | None, found: WallSide | None) -> list[str]:
 
 
 def wall_side(left_px: Floats, right_px: Floats) -> WallSide | None:
-    """Find the side of the wall from the places of the left and the right body.
+    """Find the side of the wall from the places of the left and the right body, shape (n,).
 
-    Parameters
-    ----------
-    left_px, right_px
-        Shape (n,), image position per frame, NaN where not seen.
-
-    Returns
-    -------
-    str or None
-        ``left`` if the left body is the ball; None if neither bounces on its far side.
+    It is ``left`` if the left body is the ball; None if neither bounces on its far side.
     """
     left, right = far_side_jump(left_px), far_side_jump(-right_px)
     if left == right == 0.0:

@@ -33,12 +33,14 @@ class Rough:
     """Around the corners, from that point."""
     fence: tuple[float, float]
     """Image x, from that point, beyond which the neighbours' corners begin."""
+    corners: Shape
+    """Its outermost corners."""
     blurred: bool = False
     """Whether the path is that of a region, right to some px only."""
     sure: bool = True
     """Whether many corners show it: its path is exact and its box that of a body."""
-    corners: Shape | None = None
-    """Its outermost corners."""
+    again: bool = False
+    """Whether it was learnt before, so that its box and its places are known."""
 
 
 def line_tilt_deg(roughs: Sequence[Rough]) -> float:

@@ -11,7 +11,6 @@ from count_video.tracking.corners import Trajectories
 from count_video.tracking.paths import Rough
 from count_video.tracking.regions import Regions, moving_regions
 from count_video.tracking.rigid import RigidGroup, rigid_groups
-from count_video.tracking.sequences import Cut
 from count_video.tracking.shape import Box, Shape
 
 OUTER_CORNERS = (0.03, 0.08)
@@ -60,13 +59,15 @@ def box_of(group: RigidGroup) -> Box:
     return (*(low - margin).tolist(), *(high + margin).tolist())
 
 
-def roughly(proposals: Sequence[RigidGroup], cut: Cut, *, turned: bool) -> list[Rough]:
+def roughly(
+    proposals: Sequence[RigidGroup], scale: int, corner_px: tuple[int, int], *, turned: bool
+) -> list[Rough]:
     """Turn px of samples into those of the pictures, whose x and y are swapped if ``turned``.
 
     Where the neighbours' corners begin is found as well.
     """
-    scale, axes = cut.scale, [1, 0] if turned else [0, 1]
-    begin = np.add(cut.corner_px, (scale - 1) / 2)
+    axes = [1, 0] if turned else [0, 1]
+    begin = np.add(corner_px, (scale - 1) / 2)
     whole = [
         RigidGroup(
             (one.path_px * scale + begin)[:, axes], (one.corners_px * scale)[:, axes], one.blurred
@@ -81,7 +82,7 @@ def roughly(proposals: Sequence[RigidGroup], cut: Cut, *, turned: bool) -> list[
         corners = Shape(one.path_px, (low[0], low[1], high[0], high[1]))
         box: Box = tuple(boxes[number].tolist())
         fence = _fence(whole, number, box)
-        roughs.append(Rough(one.path_px, box, fence, one.blurred, sure, corners))
+        roughs.append(Rough(one.path_px, box, fence, corners, one.blurred, sure))
     return roughs
 
 

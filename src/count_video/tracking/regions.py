@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -46,22 +46,18 @@ TRAVEL_SIZES = 0.15
 """A path shorter than this share of the region's size is no motion."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Path:
-    """A region followed through samples."""
+    """A region followed from sample to sample."""
 
-    samples: list[int] = field(default_factory=list)
-    regions: list[Floats] = field(default_factory=list)
-    """Left, top, width, height in px, one a sample."""
+    first: int
+    regions: list[Floats]
+    """Left, top, width, height in px, from the first sample on."""
 
-    def expected(self, sample: int) -> Floats:
-        """Region to expect in a sample, by the last two."""
-        last = self.regions[-1]
-        if len(self.regions) < 2:
-            return last
-        step = (last - self.regions[-2]) / (self.samples[-1] - self.samples[-2])
-        step[2:] = 0.0
-        return np.asarray(last + step * (sample - self.samples[-1]))
+    def expected(self) -> Floats:
+        """Region to expect in the next sample, by the last two."""
+        last, before = self.regions[-1], self.regions[-2:][0]
+        return np.concatenate([2 * last[:2] - before[:2], last[2:]])
 
 
 @dataclass(frozen=True)
@@ -106,14 +102,9 @@ def reduced_for_regions(pictures: list[Luma]) -> tuple[list[Luma], int]:
 def find_regions(
     pictures: Sequence[Luma], scale: int = 1, known: Sequence[Sequence[Part]] = ()
 ) -> Regions:
-    """Find what differs from the median of pictures of one brightness.
+    """Find what differs from the median of samples of one brightness, reduced by a scale.
 
-    Parameters
-    ----------
-    pictures
-        Samples, reduced by a scale.
-    known
-        Parts of each that show what is known: they are left out.
+    Parts of each that show what is ``known`` are left out.
     """
     away = differences(pictures, known)
     spread = quantile_of(away[:: max(1, len(away) // NOISE_OF)], 0.5)
@@ -133,14 +124,11 @@ def moving_regions(regions: Regions) -> list[RigidGroup]:
     Paths are those of the regions' centres; the corners of the groups are the corners of the
     regions' usual boxes.
     """
-    open_paths: list[_Path] = []
-    closed: list[_Path] = []
+    paths: list[_Path] = []
     for sample, boxes in enumerate(regions.boxes):
-        left = _linked(open_paths, sample, boxes)
-        closed += [path for path in open_paths if path.samples[-1] < sample]
-        open_paths = [path for path in open_paths if path.samples[-1] == sample]
-        open_paths += [_Path([sample], [box]) for box in left]
-    return [_group(path, len(regions.boxes)) for path in (*closed, *open_paths) if _moves(path)]
+        going = [path for path in paths if path.first + len(path.regions) == sample]
+        paths += [_Path(sample, [box]) for box in _linked(going, boxes)]
+    return [_group(path, len(regions.boxes)) for path in paths if _moves(path)]
 
 
 def _mask(changes: Luma) -> Luma:
@@ -179,11 +167,11 @@ def _without_threads(mask: Luma, box: Sequence[int]) -> tuple[int, int, int, int
     return left + begin, top + first, stop - begin, end - first
 
 
-def _linked(paths: Sequence[_Path], sample: int, found: Floats) -> Floats:
+def _linked(paths: Sequence[_Path], found: Floats) -> Floats:
     """Let each path go on to the nearest region of like size within reach; returns the others."""
     if not paths or not len(found):
         return found
-    expected = np.array([path.expected(sample) for path in paths])[:, None]
+    expected = np.array([path.expected() for path in paths])[:, None]
     size = expected[:, :, 2:]
     away = np.abs(found[:, :2] - expected[:, :, :2]) + np.abs(found[:, 2:] - size) / 2
     distance = (away / (REACH_SIZES * size)).max(axis=2)
@@ -192,7 +180,6 @@ def _linked(paths: Sequence[_Path], sample: int, found: Floats) -> Floats:
     for path, row in zip(paths, distance, strict=True):
         best = int(np.argmin(np.where(free, row, np.inf)))
         if free[best] and row[best] < 1.0:
-            path.samples.append(sample)
             path.regions.append(found[best])
             free[best] = False
     return found[free]
@@ -209,7 +196,7 @@ def _moves(path: _Path) -> bool:
 def _group(path: _Path, count: int) -> RigidGroup:
     regions = np.array(path.regions)
     centres = np.full((count, 2), np.nan)
-    centres[path.samples] = regions[:, :2] + (regions[:, 2:] - 1) / 2
+    centres[path.first : path.first + len(regions)] = regions[:, :2] + (regions[:, 2:] - 1) / 2
     half = np.median(regions[:, 2:], axis=0) / 2
     signs = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
     return RigidGroup(centres, signs * half, blurred=True)

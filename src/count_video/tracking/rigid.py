@@ -94,18 +94,15 @@ def rigid_groups(trajectories: Trajectories, scene_px: Floats) -> list[RigidGrou
         else:
             left[centre] = False
     groups = [_group(places, seen, members, scene_px) for members in _merged(places, seen, found)]
-    return sorted(_solid(groups), key=lambda group: -len(group.corners_px))
-
-
-def _solid(groups: list[RigidGroup]) -> list[RigidGroup]:
-    """Leave out groups whose corners surround another one that moves otherwise, and further.
-
-    Corners of what hardly moves keep their distances by chance, wherever in the picture they are.
-    """
-    return [one for one in groups if not any(_surrounds(one, other) for other in groups)]
+    solid = [one for one in groups if not any(_surrounds(one, other) for other in groups)]
+    return sorted(solid, key=lambda group: -len(group.corners_px))
 
 
 def _surrounds(one: RigidGroup, other: RigidGroup) -> bool:
+    """Whether the corners of one surround another that moves otherwise, and further.
+
+    Corners of what hardly moves keep their distances by chance, wherever in the picture they are.
+    """
     apart = known_of(other.path_px - one.path_px)
     here, there = (float(np.ptp(known_of(group.path_px), axis=0).max()) for group in (one, other))
     if there <= here or len(apart) == 0 or apart.std(axis=0).max() < MOVED_PX:

@@ -8,25 +8,22 @@ that holds most of what moves there.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import cv2
 import numpy as np
 
 from count_video.records import Floats, Indices, Luma, Mask, Pixels
-from count_video.tracking.background import Background
 from count_video.tracking.circle import Circle, Edges, circle_through, placed, steepest
-from count_video.tracking.disc import Disc, WithBackground, difference_at_least, register_discs
+from count_video.tracking.composite import Source
+from count_video.tracking.disc import Disc, difference_at_least, register_discs
 from count_video.tracking.learning import Body
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
 from count_video.tracking.paths import only
-from count_video.tracking.sequences import Lumas
-from count_video.tracking.shape import Box, Shape
+from count_video.tracking.shape import Box
 
-SAMPLES, FIRST = 12, 4
-"""Circles are sought in so many samples, the first of them spread over all: if these show too few,
-the others are not asked."""
+SAMPLES, SAMPLES_AT_LEAST = 12, 4
+"""Circles are sought in so many samples, evenly spread."""
 PLACED = 60
 """In no more than so many samples the ball is placed; between them it moves by few px."""
 SAME_SHARE = 0.75
@@ -47,115 +44,71 @@ SHOWN_AT_LEAST = 0.35
 """So much of a ball's outline shows at least, in half of the samples."""
 AGREEMENT_SHARE = 0.75
 """Samples that agree less than this share of the median are dropped."""
+NO_SIGHTINGS: Floats = np.empty((0, 5))
 
 
-@dataclass(frozen=True)
-class _Sighting:
-    """A circle in one sample."""
+def find_ball(source: Source, path_px: Floats, box: Box) -> Body | None:
+    """Find a ball by its outline in single samples; None where few show one and the same circle.
 
-    sample: int
-    circle: Circle
-    beside: float
-    """Share of what hangs together with it that lies outside of it."""
-
-
-def find_ball(
-    source: tuple[Lumas, Background], path_px: Floats, box: Box, known: Sequence[Shape]
-) -> Body | None:
-    """Find a ball by its outline in single samples.
-
-    Parameters
-    ----------
-    source
-        Samples, each of shape (height, width), and what stands still in them.
-    path_px
-        Image x and y of a point that moves roughly as the body does, shape (samples, 2); NaN where
-        it is not seen.
-    box
-        Around the body, from that point.
-    known
-        Bodies that are known already.
-
-    Returns
-    -------
-    Body or None
-        None where few samples show one and the same circle.
+    ``path_px`` is image x and y of a point that moves roughly as the body does, shape (samples, 2),
+    NaN where it is not seen, and ``box`` is around the body, from that point.
     """
-    pictures, background = source
     seen = np.flatnonzero(np.isfinite(path_px[:, 0]))
-    found = _sightings(source, path_px, seen, (box, known)) if len(seen) >= FIRST else []
-    if not found or np.quantile([one.beside for one in found], 0.25) > BESIDE_SHARE:
+    found = (
+        _sightings(source, path_px, seen, box) if len(seen) >= SAMPLES_AT_LEAST else NO_SIGHTINGS
+    )
+    if len(found) == 0 or np.quantile(found[:, 4], 0.25) > BESIDE_SHARE:
         return None
-    disc = Disc(float(np.median([one.circle.radius_px for one in found])))
-    scene = WithBackground(pictures, background.luma, background.shift_px)
-    guesses = _guesses(found, path_px) - disc.middle_px
-    fits = register_discs(scene, disc, only(guesses, seen[:: -(-len(seen) // PLACED)]))
+    disc = Disc(float(np.median(found[:, 3])))
+    guesses = only(_guesses(found, path_px) - disc.middle_px, seen[:: -(-len(seen) // PLACED)])
+    scene = source.pictures, source.background.luma, source.background.shift_px
+    fits = register_discs(*scene, disc, guesses)
     agreement = fits.agreement[np.isfinite(fits.agreement)]
-    typical = float(np.median(agreement)) if len(agreement) >= FIRST else 0.0
+    typical = float(np.median(agreement)) if len(agreement) >= SAMPLES_AT_LEAST else 0.0
     if typical < SHOWN_AT_LEAST**0.5:
         return None
     good = np.flatnonzero(fits.agreement > AGREEMENT_SHARE * typical)
-    left, top, right, bottom = disc.box
     disc = replace(disc, shift_variance=float(np.nanmedian(fits.sigmas_px[:, 0] ** 2)))
     path = only(fits.places_px, good)
-    return Body(disc, left, right, (top, bottom), True, path, good, typical)
+    return Body(disc, disc.box, True, path, good, typical)
 
 
-def _sightings(
-    source: tuple[Lumas, Background],
-    path_px: Floats,
-    seen: Indices,
-    what: tuple[Box, Sequence[Shape]],
-) -> list[_Sighting]:
-    """Find circles of one radius in some of the samples; none where too few show one."""
+def _sightings(source: Source, path_px: Floats, seen: Indices, box: Box) -> Floats:
+    """Find circles of one radius in some of the samples; none where too few show one.
+
+    Returns rows of sample, x, y, radius, and share of what hangs together with the circle that lies
+    outside of it.
+    """
     some = np.unique(seen[np.linspace(0, len(seen) - 1, min(SAMPLES, len(seen))).astype(int)])
-    first = some[:: -(-len(some) // FIRST)]
-    found: list[_Sighting] = []
-    for number, sample in enumerate([*first.tolist(), *np.setdiff1d(some, first).tolist()]):
-        one = _sighting(source, sample, path_px[sample], what)
-        if one is not None:
-            found.append(one)
-        asked = len(first) if number < len(first) else len(some)
-        if number + 1 - len(found) > (1 - SAME_SHARE) * asked:
-            return []
-    same = _of_one_radius(found)
-    return same if len(same) >= SAME_SHARE * len(some) else []
+    found: list[tuple[float, ...]] = []
+    for number, sample in enumerate(some.tolist()):
+        found += _sighting(source, sample, path_px[sample], box)
+        if number + 1 - len(found) > (1 - SAME_SHARE) * len(some):
+            return NO_SIGHTINGS
+    rows = np.array(found)
+    usual = float(np.median(rows[:, 3]))
+    same = rows[np.abs(rows[:, 3] - usual) < max(SAME_RADIUS * usual, SAME_PX)]
+    return same if len(same) >= SAME_SHARE * len(some) else NO_SIGHTINGS
 
 
-def _of_one_radius(found: list[_Sighting]) -> list[_Sighting]:
-    """Keep circles of about the usual radius, in order of time."""
-    usual = float(np.median([one.circle.radius_px for one in found]))
-    varies = max(SAME_RADIUS * usual, SAME_PX)
-    same = [one for one in found if abs(one.circle.radius_px - usual) < varies]
-    return sorted(same, key=lambda one: one.sample)
-
-
-def _guesses(found: Sequence[_Sighting], path_px: Floats) -> Floats:
+def _guesses(found: Floats, path_px: Floats) -> Floats:
     """Guess the centre in all samples, shape (samples, 2), by where it is on the path in some."""
-    some = np.array([one.sample for one in found])
-    centres = np.array([(one.circle.x_px, one.circle.y_px) for one in found])
-    every = np.arange(len(path_px))
-    away = [np.interp(every, some, along) for along in (centres - path_px[some]).T]
+    some, every = found[:, 0].astype(int), np.arange(len(path_px))
+    away = [np.interp(every, some, along) for along in (found[:, 1:3] - path_px[some]).T]
     return np.asarray(path_px + np.stack(away, axis=1))
 
 
-def _sighting(
-    source: tuple[Lumas, Background],
-    sample: int,
-    place: Floats,
-    what: tuple[Box, Sequence[Shape]],
-) -> _Sighting | None:
-    """Find a circle about a place of one sample."""
-    (pictures, background), (box, known) = source, what
-    picture = pictures[sample]
+def _sighting(source: Source, sample: int, place: Floats, box: Box) -> list[tuple[float, ...]]:
+    """Find a circle about a place of one sample: its row, or nothing."""
+    picture, background = source.pictures[sample], source.background
     begin = np.maximum(np.floor(place + box[:2]).astype(int) - AROUND_PX, 0)
     end = np.minimum(np.ceil(place + box[2:]).astype(int) + AROUND_PX, picture.shape[::-1])
     (left, top), (width, height) = begin.tolist(), (end - begin).tolist()
     if min(width, height) < 2 * AROUND_PX:
-        return None
+        return []
     piece = background.levelled(picture, sample, (left, top), (height, width))
     behind = background.behind(sample, (left, top), (height, width))
-    for one in known:
+    for one in source.known:
         one.paint(behind, sample, (left, top))
     away = np.abs(piece - behind)
     differs = (away > difference_at_least(away)).astype(np.uint8)
@@ -163,10 +116,10 @@ def _sighting(
     edges = _edges(piece, cv2.dilate(differs, _square(EDGE_PX)) > 0)
     circle = circle_through(edges, height)
     if circle is None:
-        return None
+        return []
     circle = placed(circle, edges)
-    there = Circle(circle.x_px + left, circle.y_px + top, circle.radius_px, circle.sectors)
-    return _Sighting(sample, there, _beside(circle, differs))
+    there = circle.x_px + left, circle.y_px + top, circle.radius_px
+    return [(sample, *there, _beside(circle, differs))]
 
 
 def _square(side: int) -> Luma:
@@ -175,8 +128,7 @@ def _square(side: int) -> Luma:
 
 def _beside(circle: Circle, differs: Luma) -> float:
     """Share of what hangs together with a circle that lies outside of it."""
-    y, x = np.indices(differs.shape)
-    outside = np.hypot(x - circle.x_px, y - circle.y_px) > circle.radius_px + BEYOND_OUTLINE_PX
+    outside = circle.away_px(differs.shape) > BEYOND_OUTLINE_PX
     _, labels = cv2.connectedComponents(differs)
     own = np.isin(labels, np.setdiff1d(labels[~outside], 0))
     return float(own[outside].sum() / max(1, own.sum()))

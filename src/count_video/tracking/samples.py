@@ -60,8 +60,8 @@ class Samples:
     lights: list[Light]
     """By how much each is brighter than the mean one."""
     moved: Mask
-    """Where the ``references`` among the samples differ from the median of all, shape (references,
-    height, width) of a thumbnail."""
+    """Where the ``references`` among the samples differ from the median of all, in this part of a
+    thumbnail, shape (references, height, width)."""
     part: Part
     """Rows and columns of a thumbnail that hold what moves and its surroundings; they have no stop
     where they reach the end of it."""
@@ -126,7 +126,8 @@ def choose_samples(pictures: dict[int, Luma]) -> Samples:
     alike = [whole[k] for k in together]
     lights = lights_of(alike, gains[together], _middle(alike))
     alike = [Light(1.0, one.waves).levelled(k) for k, one in zip(alike, lights, strict=True)]
-    return Samples(rows[together], lights, _moved(alike, inside), _part(largest, inside))
+    part = _part(largest, inside)
+    return Samples(rows[together], lights, _moved(alike, inside)[:, *part], part)
 
 
 def _within_bars(thumbnails: Sequence[Luma]) -> Part:

@@ -3,20 +3,19 @@
 Normalised cross-correlation of the template with the picture, at reduced size: a place right to a
 few pixels is all that the registration needs. Pixels count by their weight in the template, for the
 corners of its box show what lies behind the body, which is another thing at every place. At so low
-a resolution a plain body is confused with what is like it in the scenery, so the best few places
-are registered, and the best agreement comes first.
+a resolution a plain body is confused with what is like it in the scenery: the best few places
+are to be registered.
 """
 
 from __future__ import annotations
-
-from typing import Protocol
 
 import cv2
 import numpy as np
 
 from count_video.records import Luma, Pixels
 from count_video.signals import peak_of
-from count_video.tracking.registration import Fit, register_all
+from count_video.tracking.disc import Disc
+from count_video.tracking.shape import Place
 from count_video.tracking.template import Template, cut
 
 COARSE_HEIGHT_PX = 28
@@ -33,46 +32,13 @@ ROUNDING = 0.01
 """Correlations are sums of single precision: by so little they may exceed 1."""
 
 
-class Pattern(Protocol):
-    """What is searched for."""
-
-    @property
-    def appearance(self) -> Pixels:
-        """Luma, shape (height, width)."""
-
-    @property
-    def weight(self) -> Pixels:
-        """How much each pixel counts, in any unit, 0 where it shows what lies behind."""
-
-
-def search(
-    picture: Luma, template: Template, near: tuple[float, float], reach_px: tuple[float, float]
-) -> list[Fit]:
-    """Find the template about a place: what is like it, that which agrees best first.
-
-    Parameters
-    ----------
-    picture
-        Luma, shape (height, width).
-    template
-        What to find.
-    near
-        A place (x, y) where the template's top left pixel once was, in px.
-    reach_px
-        How far from ``near`` to search along x and along y.
-    """
-    places = likely_places(picture, template, near, reach_px)
-    fits = register_all([picture] * len(places), template, np.array(places).reshape(-1, 2))
-    found = filter(None, map(fits.fit, range(len(places))))
-    return sorted(found, key=lambda fit: -fit.agreement)
-
-
 def likely_places(
-    picture: Luma, pattern: Pattern, near: tuple[float, float], reach_px: tuple[float, float]
-) -> list[tuple[float, float]]:
-    """Places (x, y) of the pattern's top left pixel, right to a few px, the likeliest first.
+    picture: Luma, pattern: Template | Disc, near: Place, reach_px: Place
+) -> list[Place]:
+    """Places of the pattern's top left pixel, right to a few px, the likeliest first.
 
-    Parameters are those of :func:`search`.
+    It is sought so far, along x and along y, from where it once was. For a disc the picture shows
+    what differs from the background.
     """
     height, width = pattern.appearance.shape
     left, right = _span(near[0], width, reach_px[0], picture.shape[1])
@@ -88,7 +54,7 @@ def likely_places(
     return [(left + x * step_x, top + y * step_y) for x, y in _peaks(scores, size)]
 
 
-def _scores(scene: Pixels, pattern: Pattern, scale: float) -> Pixels:
+def _scores(scene: Pixels, pattern: Template | Disc, scale: float) -> Pixels:
     """Weighted correlation of the reduced pattern with a scene reduced alike; -1 where unknown."""
     # A few pixels that hardly vary would outweigh all the others.
     most = float(np.median(pattern.weight[pattern.weight > 0]))

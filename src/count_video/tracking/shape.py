@@ -17,8 +17,6 @@ Box = tuple[float, float, float, float]
 """Left, top, right, bottom in px."""
 Part = tuple[slice, slice]
 """Rows and columns of a picture."""
-NO_PART: Part = (slice(0, 0), slice(0, 0))
-"""One without any px."""
 
 MOSTLY = 0.5
 """A px of a reduced body is its own if so much of it is."""
@@ -92,7 +90,7 @@ class Shape:
         """
         x, y = (self.path_px[sample] - corner).tolist()
         if math.isnan(x):
-            return NO_PART
+            return slice(0, 0), slice(0, 0)
         left, top, right, bottom = self.box
         low_x, low_y = (max(0, round((v - MARGIN_PX) / scale)) for v in (x + left, y + top))
         high_x, high_y = (max(0, round((v + MARGIN_PX) / scale)) for v in (x + right, y + bottom))
@@ -113,6 +111,12 @@ class Shape:
             return True
         way = float(np.ptp(known_of(self.path_px), axis=0).max())
         return bool(np.std(apart, axis=0).max() < max(DIFFERENT_PX, DIFFERENT_SHARE * way))
+
+
+def share_within(path_px: Floats, shape: tuple[int, ...], picture: tuple[int, ...]) -> Floats:
+    """Share of a box that pictures show, with its top left pixel on a path, shape (..., 2)."""
+    shown = np.minimum(path_px + shape[::-1], picture[::-1]) - np.maximum(path_px, 0.0)
+    return np.asarray(np.prod(np.maximum(shown, 0.0) / shape[::-1], axis=-1))
 
 
 def known_of(path_px: Floats) -> Floats:

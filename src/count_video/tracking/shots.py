@@ -13,7 +13,8 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from count_video.records import Floats, Luma
+from count_video.records import Luma
+from count_video.signals import correlation
 
 BLOCKS = 32, 18
 """Blocks of a picture, side by side and one upon the other."""
@@ -46,21 +47,15 @@ class Shots:
 
     def _cuts(self) -> list[int]:
         """Rows of the first pictures after cuts."""
-        levels = np.array(self._coarse, np.float32).reshape(-1, *BLOCKS[::-1])
-        steps = np.sqrt(np.mean(np.diff(levels, axis=0) ** 2, axis=(1, 2)))
+        every = np.ones(BLOCKS[0] * BLOCKS[1], np.float32)
+        levels = np.array(self._coarse, np.float32).reshape(-1, every.size)
+        steps = np.sqrt(np.mean(np.diff(levels, axis=0) ** 2, axis=1))
         cuts = [0]
         for row in (1 + np.flatnonzero(steps > CHANGE_LEVELS)).tolist():
             begin, end = max(cuts[-1], row - BESIDE), row + BESIDE
             both = (one for one in (steps[begin : row - 1], steps[row : end - 1]) if len(one))
             usual = max((float(np.median(one)) for one in both), default=0.0)
-            alike = _correlation(levels[begin:row].mean(axis=0), levels[row:end].mean(axis=0))
+            alike = correlation(levels[begin:row].mean(axis=0), levels[row:end].mean(axis=0), every)
             if steps[row - 1] > CHANGE_FACTOR * usual and alike < ALIKE_AT_LEAST:
                 cuts.append(row)
         return cuts[1:]
-
-
-def _correlation(one: Floats, other: Floats) -> float:
-    """Pearson's correlation of two pictures; 1 where one is all of one level, as when it fades."""
-    one, other = one - one.mean(), other - other.mean()
-    size = float(np.linalg.norm(one) * np.linalg.norm(other))
-    return float((one * other).sum()) / size if size > 0 else 1.0

@@ -97,12 +97,9 @@ def _goes_with(other: Places, body: Places) -> bool:
     if np.count_nonzero(both) < len(both) * GOES_WITH_SEEN:
         return False
     design = np.column_stack([body.xy_px[both], np.ones(np.count_nonzero(both))])
-    for path in (other.x_px[both], other.y_px[both]):
-        solution, *_ = np.linalg.lstsq(design, path, rcond=None)
-        left_over = np.abs(path - design @ solution)
-        if np.quantile(left_over, 0.9) > GOES_WITH_SHARE * max(_travel(other), 1.0):
-            return False
-    return True
+    solution, *_ = np.linalg.lstsq(design, other.xy_px[both], rcond=None)
+    left_over = np.quantile(np.abs(other.xy_px[both] - design @ solution), 0.9, axis=0)
+    return bool(left_over.max() <= GOES_WITH_SHARE * max(_travel(other), 1.0))
 
 
 def _travel(body: Places) -> float:

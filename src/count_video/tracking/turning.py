@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Indices, Luma, Pixels
+from count_video.records import Luma, Pixels
 from count_video.signals import interpolated
 from count_video.tracking.camera import MEASURED_OF, MOVED_AT_LEAST_PX
 from count_video.tracking.corners import Trajectories
@@ -102,10 +102,3 @@ def _similarity(here: Pixels, there: Pixels) -> tuple[complex, tuple[float, floa
     moved = other - one
     moved -= complex(np.median(moved.real), np.median(moved.imag))
     return found, (float(np.median(np.abs(moved))), float(np.median(np.abs(other - found * one))))
-
-
-def between(turns: Turns, samples: Indices, count: int) -> Turns:
-    """Interpolate the turns of samples, shape (samples,), for so many pictures."""
-    rows = np.arange(count)
-    real, imaginary = (np.interp(rows, samples, part) for part in (turns.real, turns.imag))
-    return np.asarray(real + 1j * imaginary, np.complex128)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.errors import UsageError
-from count_video.records import Chroma, Floats, Frame, Luma, WallSide
+from count_video.records import Chroma, Floats, Frame
 from count_video.video.pictures import reduced
 from count_video.video.reader import Footage
 
@@ -21,42 +21,25 @@ and bodies that move far from frame to frame are lost."""
 
 
 @dataclass(frozen=True)
-class TrackSettings:
-    """What the user may give the tracker; what is not given is found."""
-
-    wall_side: WallSide | None = None
-    region: Region | None = None
-    """Part of the picture that holds the experiment."""
-    start: int = 0
-    """First frame to use."""
-    end: int | None = None
-    """Frame to stop before; None for the clip's end."""
-
-
-@dataclass(frozen=True)
 class View:
     """A clip seen through a region and at reduced size."""
 
     footage: Footage
     region: Region
     start: int
+    """First frame to use."""
     end: int | None
+    """Frame to stop before; None for the clip's end."""
     factor: int
     """How many px of the picture one px of the view spans."""
 
     def frames(self) -> Iterator[Frame]:
-        """Stream the clip's frames as they are seen in this view."""
-        return map(self.of, self.footage.frames(self.start, self.end, colour=True))
-
-    def of(self, frame: Frame) -> Frame:
-        """Turn a frame of the clip into one of the view."""
-        chroma = None if frame.chroma is None else self._of_chroma(frame.chroma)
-        return replace(frame, luma=self.of_luma(frame.luma), chroma=chroma)
-
-    def of_luma(self, luma: Luma) -> Luma:
-        """Turn a picture, shape (height, width), into one of the view; at full size, no copy."""
+        """Stream the clip's frames as they are seen in this view; at full size without a copy."""
         x, y, width, height = self.region
-        return reduced(luma[y : y + height, x : x + width], self.factor)
+        for frame in self.footage.frames(self.start, self.end, colour=True):
+            luma = reduced(frame.luma[y : y + height, x : x + width], self.factor)
+            chroma = None if frame.chroma is None else self._of_chroma(frame.chroma)
+            yield replace(frame, luma=luma, chroma=chroma)
 
     def _of_chroma(self, chroma: Chroma) -> Chroma:
         """Turn colour into that of the view, at half its size; right to a px of the picture."""
@@ -72,8 +55,10 @@ class View:
         return np.asarray(self.factor * places + (self.factor - 1) / 2 + corner, dtype=np.float64)
 
 
-def view_of(footage: Footage, settings: TrackSettings) -> View:
-    """View a clip as the settings ask for.
+def view_of(
+    footage: Footage, region: Region | None = None, start: int = 0, end: int | None = None
+) -> View:
+    """View some frames and a part of a clip; all of it where nothing is said.
 
     Raises
     ------
@@ -81,11 +66,11 @@ def view_of(footage: Footage, settings: TrackSettings) -> View:
         If the region does not fit into the picture.
     """
     info = footage.info
-    x, y, width, height = settings.region or (0, 0, info.width_px, info.height_px)
+    x, y, width, height = region or (0, 0, info.width_px, info.height_px)
     if x < 0 or y < 0 or x + width > info.width_px or y + height > info.height_px:
         raise UsageError(
             f"region {x},{y},{width},{height} does not fit into the picture of "
             f"{info.width_px} x {info.height_px} px; give one that lies inside"
         )
     factor = max(1, -(-max(width, height) // WIDTH_AT_MOST_PX))
-    return View(footage, (x, y, width, height), settings.start, settings.end, factor)
+    return View(footage, (x, y, width, height), start, end, factor)

@@ -141,7 +141,7 @@ def _packets_shown(path: Path) -> int:
         number = 0
         try:
             for packet in packets_of(container, stream):
-                if packet.size > 0 and not packet.is_discard:
+                if not packet.is_discard:
                     number += not is_vp8 or bool(bytes(packet)[0] >> 4 & 1)
         except av.error.FFmpegError:
             pass  # reading to the end meets the same error, and reports it

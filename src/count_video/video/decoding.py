@@ -153,15 +153,16 @@ def decode(
 def packets_of(
     container: InputContainer, stream: av.VideoStream
 ) -> Iterator[av.Packet[av.VideoStream]]:
-    """Yield what a file holds of a stream.
+    """Yield what a file holds of a stream; an empty packet repeats a picture, and is left out.
 
     At the end of the file PyAV adds an empty packet for every stream, also for those that turned up
     on the way, as in a damaged transport stream, which it does not know: that is an IndexError.
     """
     for packet in container.demux(stream):
-        if packet.size == 0 and packet.pts is None and packet.dts is None:
+        if packet.size > 0:
+            yield packet
+        elif packet.pts is None and packet.dts is None:
             return
-        yield packet
 
 
 def _packets(
@@ -171,8 +172,6 @@ def _packets(
     waiting = None
     try:
         for packet in packets_of(container, stream):
-            if packet.size == 0:
-                break
             if waiting is not None:
                 yield waiting
             waiting = packet

@@ -41,10 +41,7 @@ PERIODS_SEEN = 4
 def mark_repeats(lumas: Iterable[Luma]) -> Iterator[bool]:
     """Yield for every picture whether it is a copy of the one before; runs one picture behind.
 
-    Parameters
-    ----------
-    lumas
-        Pictures in order, each of shape (height, width); the last three are kept.
+    The last three are kept.
     """
     judge = _Judge()
     window: deque[_Sample] = deque(maxlen=4)
