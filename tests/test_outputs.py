@@ -261,7 +261,7 @@ def test_the_record_is_one_json_object_a_line(folder: OutputFolder) -> None:
     ]
 
 
-TABLE = 'name,frame,text\na,12.50,"1.5; or 2"\nb,-0.25,v1.2\nc,3,1e-05\nd,,2.5e-05\n'
+TABLE = 'name,frame,text\na,12.50,"1.5; or 2"\nb,-0.25,v1.2\nc,3,1e-05\n1.5,,2.5e-05\n'
 
 
 def test_a_table_is_written_as_other_spreadsheets_read_it(tmp_path: Path) -> None:
@@ -276,7 +276,7 @@ def test_a_table_is_written_as_other_spreadsheets_read_it(tmp_path: Path) -> Non
         ["a", "12,50", "1.5; or 2"],  # a text is no number
         ["b", "-0,25", "v1.2"],
         ["c", "3", "1e-05"],
-        ["d", "", "2,5e-05"],
+        ["1.5", "", "2,5e-05"],  # nor is a name
     ]
     assert (tmp_path / "notes.json").read_text("utf-8") == TABLE
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Unpack
 from count_video import inputs, pipeline
 from count_video.batch.executor import answer_of, count_job
 from count_video.batch.manifest import jobs_of
+from count_video.errors import UsageError
 from count_video.inputs import signature
 from count_video.parallel import as_done
 from count_video.physics.theory import Mass, Theory, theory_of
@@ -171,4 +172,6 @@ def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[Plan
     from count_video.planning.plan import make_plan  # noqa: PLC0415
     from count_video.planning.request import PlanRequest  # noqa: PLC0415
 
+    if unknown := details.keys() - PlanRequest.__dataclass_fields__.keys():
+        raise UsageError(f"a plan has no {', '.join(sorted(unknown))}")
     return make_plan(PlanRequest(heavy, light, **details), with_chart=chart)

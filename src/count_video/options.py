@@ -193,7 +193,7 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
         if argument.startswith("-") and len(argument) > 2 and os.path.lexists(argument):
             raise UsageError(f"{shown(argument)}: put ./ before a name that begins with a dash")
     parser = _parser()
-    options = parser.parse_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     _check_purpose(options, parser)
     options.masses = options.masses and inputs.masses(*options.masses)
     said = {one.name: getattr(options, one.name) for one in fields(TrialSettings)}

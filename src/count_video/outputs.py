@@ -49,6 +49,8 @@ CsvDialect = Literal["comma", "semicolon"]
 """How tables are written: cells between commas with decimal points, or cells between semicolons
 with decimal commas, as spreadsheets in many countries read them."""
 _POINTED = re.compile(r"-?[0-9]+\.[0-9]+(e[+-]?[0-9]+)?")
+_TEXTS = ("name", "clip", "reason", "what_to_do")
+"""Columns of tables in which no number is written otherwise."""
 LONGEST_NAME_BYTES = 238
 """File systems take 255; ``.phase-circle.png`` is added to it."""
 _RECORD = "written"
@@ -132,8 +134,14 @@ class OutputFolder:
             return data
         target = io.StringIO()
         writer = csv.writer(target, delimiter=";", lineterminator="\n")
-        for row in csv.reader(io.StringIO(data.decode("utf-8"), newline="")):
-            writer.writerow(c.replace(".", ",") if _POINTED.fullmatch(c) else c for c in row)
+        table = list(csv.reader(io.StringIO(data.decode("utf-8"), newline="")))
+        texts = [name in _TEXTS for head in table[:1] for name in head]
+        for row in table:
+            cells = zip(row, texts, strict=True)
+            writer.writerow(
+                one.replace(".", ",") if not text and _POINTED.fullmatch(one) else one
+                for one, text in cells
+            )
         return target.getvalue().encode("utf-8")
 
 

@@ -56,6 +56,8 @@ class Cause(Enum):
     MODEL_DIFFERS = auto()  # the collisions of the fitted model are not those that are seen
     MODEL_STRAYS = auto()  # the fitted model strays from the track [rms in px, what is allowed]
     MODEL_LEAVES_OPEN = auto()  # none is likelier than all others [each count and its probability]
+    TOO_MANY = auto()  # more collisions than the fit seeks [how many it does]
+    LIGHTER = auto()  # the body that swings in is much lighter than the other
     MASSES_WOULD_HELP = auto()  # the masses are not known, and would narrow the count down
 
     # What is unusual about a clip and stands against no count.

@@ -147,11 +147,14 @@ class Result:
     def figure(self) -> Figure:
         """Draw the picture of the trial; the clip is read once more for it.
 
-        CountVideoError if no bodies could be followed, so that there is nothing to draw.
+        CountVideoError if no bodies could be followed, so that there is nothing to draw, or if the
+        clip changed since it was counted.
         """
         from count_video.evidence import draw_trial  # noqa: PLC0415
 
+        self._check_clip()
         drawn = draw_trial(self.followed)
+        self._check_clip()
         if drawn is None:
             raise CountVideoError(f"{self.clip}: nothing to draw: {'; '.join(self.reasons)}")
         return drawn
@@ -187,6 +190,13 @@ class Result:
             If a file cannot be written, or would replace one that this program did not write; if
             the clip changed since it was counted.
         """
+        for name, value, known in (
+            ("picture_format", picture_format, ("png", "svg")),
+            ("csv_dialect", csv_dialect, ("comma", "semicolon")),
+            ("presenter", presenter, (None, "wide", "upright")),
+        ):
+            if value not in known:
+                raise UsageError(f"{name} is {value!r}; it must be one of {known}")
         wanted = EvidenceSettings(Path(folder), picture_format, csv_dialect, presenter)
         return self.write(wanted, progress)
 
@@ -195,8 +205,11 @@ class Result:
         from count_video.evidence import draw_evidence  # noqa: PLC0415
 
         self._check_clip()
-        with shortage_explained():
-            names = draw_evidence(self.followed, wanted, progress, with_json=True)
+        try:
+            with shortage_explained():
+                names = draw_evidence(self.followed, wanted, progress, with_json=True)
+        finally:
+            progress.finish()
         self._check_clip()
         return [wanted.folder / name for name in names]
 
@@ -226,13 +239,16 @@ class Result:
 
     @cached_property
     def _image(self) -> tuple[str, ...]:
-        """The picture in HTML, drawn once; none where no bodies could be followed."""
+        """The picture in HTML, drawn once; none where nothing can be drawn any more."""
         if self.track is None:
             return ()
         from count_video.reports.drawing import picture_bytes  # noqa: PLC0415
         from count_video.reports.page import data_address  # noqa: PLC0415
 
-        address = data_address(picture_bytes(self.figure(), "png"), "image/png")
+        try:
+            address = data_address(picture_bytes(self.figure(), "png"), "image/png")
+        except (CountVideoError, OSError):
+            return ()
         return (f'<img alt="Picture of the trial" style="max-width: 100%" src="{address}">',)
 
 

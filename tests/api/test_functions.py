@@ -62,6 +62,22 @@ def test_no_evidence_shows_another_clip_than_the_one_counted(tmp_path: Path) -> 
     with pytest.raises(UsageError, match="changed since it was counted"):
         result.save(tmp_path / "evidence")
     assert not (tmp_path / "evidence").exists()
+    with pytest.raises(UsageError, match="changed since it was counted"):
+        result.figure()
+    assert "<img" not in result._repr_html_()  # the count alone
+    clip.unlink()
+    assert "3 collisions" in result._repr_html_()
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"picture_format": "jpg"}, {"csv_dialect": "tab"}, {"presenter": "square"}]
+)
+def test_a_format_that_there_is_not_is_refused_before_anything_is_written(
+    result: Result, tmp_path: Path, wrong: dict[str, str]
+) -> None:
+    with pytest.raises(UsageError, match=f"{next(iter(wrong))} is '"):
+        result.save(tmp_path / "evidence", **wrong)  # type: ignore[arg-type]
+    assert not (tmp_path / "evidence").exists()
 
 
 def test_masses_are_taken_at_their_decimal_values(result: Result) -> None:
@@ -195,17 +211,6 @@ def test_a_value_that_makes_no_sense_is_refused_by_its_name(
         trial_settings(**settings)  # type: ignore[arg-type]
 
 
-def test_a_value_may_be_an_array_of_numpy() -> None:
-    settings = trial_settings(
-        capture_fps=np.array(240.0),  # type: ignore[arg-type]
-        region=np.array([0, 0, 640, 240]),  # type: ignore[arg-type]
-        masses=np.array([1.05, 0.0105]),  # type: ignore[arg-type]
-    )
-    assert settings.capture_fps == 240.0
-    assert settings.region == (0, 0, 640, 240)
-    assert settings.masses == (Fraction(105, 100), Fraction(105, 10000))
-
-
 def test_the_progress_is_ended_also_where_the_count_fails(tmp_path: Path) -> None:
     class Recorder(Progress):
         ended = 0
@@ -222,6 +227,35 @@ def test_the_progress_is_ended_also_where_the_count_fails(tmp_path: Path) -> Non
     with pytest.raises(FootageError):
         count_video.count(tmp_path / "missing.mp4", progress=progress)
     assert recorder.ended >= 1
+
+
+def test_all_frames_are_reported_as_done() -> None:
+    class Recorder(Progress):
+        total, done = 0, 0
+
+        def start(self, total: int | None, label: str) -> None:
+            self.total = total or 0
+
+        def advance(self, frames: int) -> None:
+            self.done += frames
+
+    recorder = Recorder()
+    count_video.count(CLIP, start=3, progress=recorder)
+    assert recorder.done == recorder.total > 0
+
+
+@pytest.mark.parametrize(
+    "details",
+    [{"gap_m": 1j}, {"gap_m": "wide"}, {"tolerances": None}, {"colour": "red"}, {"trials": 2.5}],
+)
+def test_what_a_plan_cannot_be_made_of_is_refused(details: dict[str, object]) -> None:
+    with pytest.raises(UsageError, match=next(iter(details))):
+        count_video.plan(100, 1, chart=False, **details)  # type: ignore[arg-type]
+
+
+def test_a_plan_takes_masses_at_their_decimal_values() -> None:
+    plan = count_video.plan(0.9, 0.3, gap_m=np.float32(0.03), chart=False)  # type: ignore[arg-type]
+    assert plan.burst.theory == count_video.theory(0.9, 0.3).count == 5
 
 
 def test_the_theory_is_exact_also_where_a_float_is_not() -> None:
@@ -257,6 +291,8 @@ def test_masses_and_a_region_may_be_arrays() -> None:
     settings = trial_settings(masses=np.array([16, 1]), region=np.array([0, 2, 64, 32]))  # type: ignore[arg-type]
     assert settings.masses == (16, 1)
     assert settings.region == (0, 2, 64, 32)
+    rate = np.array(240.0)  # of no dimension
+    assert trial_settings(capture_fps=rate).capture_fps == 240.0  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("jobs", [0, -3, 1.5])

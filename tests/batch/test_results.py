@@ -19,6 +19,7 @@ from count_video.pipeline import TrialSettings
 from count_video.records import TrialResult
 from count_video.reports.exports import json_line
 from count_video.result import Result
+from count_video.settings import EvidenceSettings
 
 
 @pytest.fixture
@@ -53,6 +54,17 @@ def test_a_result_is_known_while_nothing_changes(kept: ResultStore, job: Job) ->
     assert kept.known(job) == result
     written = (kept.outputs.folder / "trial.json").read_text("utf-8")
     assert written == f"{json_line(result.result)}\n"
+
+
+def test_pages_in_another_dialect_are_written_again(kept: ResultStore, job: Job) -> None:
+    folder = kept.outputs.folder
+    job = replace(job, pages=EvidenceSettings(folder))
+    kept.outputs.write("trial.html", b"a page")
+    kept.keep(job, replace(answer_to(job), evidence=("trial.html",)))
+    assert not isinstance(kept.recall(job), Job)
+    again = kept.recall(replace(job, pages=EvidenceSettings(folder, csv_dialect="semicolon")))
+    assert isinstance(again, Job)
+    assert again.found is not None, "without a new count"
 
 
 def test_another_content_makes_a_result_unknown(kept: ResultStore, job: Job) -> None:

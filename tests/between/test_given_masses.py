@@ -12,6 +12,7 @@ from count_video.motion.parameters import CONTRADICTING_SIGMAS, Knowledge
 from count_video.motion.priors import SHOWN_RATIO_SHARE
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
+from count_video.reasons import Cause, Reason
 from count_video.records import Estimate
 from tiers import rest_slow
 
@@ -42,6 +43,21 @@ def test_what_the_places_show_does_not_know_what_was_given(given: float | None) 
     shown = fitted(given).ratio_by_places
     assert abs(shown.value - RATIO) < SIGMAS * shown.sigma
     assert shown.sigma > fitted(RATIO).mass_ratio.sigma
+
+
+def test_more_collisions_than_are_sought_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    track = film(SETUP, Filming(FPS, clock_phase=0.3, noise_px=NOISE_PX), 1).track
+    monkeypatch.setattr("count_video.motion.fitted.MOST_COLLISIONS", 40)
+    for given in (None, 1e4):
+        fit = fit_burst(track, seen_collisions(track), Knowledge(FPS, given))
+        assert fit == Reason(Cause.TOO_MANY, (40,))
+
+
+def test_a_cylinder_much_lighter_than_the_ball_is_not_fitted() -> None:
+    light = Setup(heavy_mass_kg=0.0035, light_mass_kg=0.0105, wall_gap_m=0.03)
+    track = film(light, Filming(FPS, clock_phase=0.3, noise_px=NOISE_PX), 1).track
+    fit = fit_burst(track, seen_collisions(track), Knowledge(FPS))
+    assert fit == Reason(Cause.LIGHTER)
 
 
 @pytest.mark.parametrize("given", rest_slow([0.9 * RATIO, 1.0, 0.8 * RATIO, 1.2 * RATIO], quick=2))

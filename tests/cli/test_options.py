@@ -98,6 +98,10 @@ def test_a_wrong_request_is_refused_in_one_line(arguments: str) -> None:
     assert str(refusal.value).splitlines() == [str(refusal.value)]
 
 
+def test_clips_may_stand_on_both_sides_of_an_option() -> None:
+    assert read_options(["a.mp4", "--json", "b.mp4"]).clips == [Path("a.mp4"), Path("b.mp4")]
+
+
 @pytest.mark.parametrize(("jobs", "together"), [("", False), ("--jobs 2", True)])
 def test_clips_that_are_counted_at_the_same_time_are_a_campaign(jobs: str, together: bool) -> None:
     assert is_campaign(read_options(f"a.mp4 b.mp4 {jobs}".split())) == together

@@ -78,6 +78,11 @@ def test_a_clip_without_held_pictures_keeps_all(ratio: float) -> None:
     assert without_still(track) is track
 
 
+def test_two_like_pictures_at_an_end_are_no_held_picture() -> None:
+    track = held(trial(16.0).track, 0, 1)
+    assert without_still(track) is track
+
+
 @pytest.mark.parametrize("px_per_frame2", [0.1, 0.5, 2.0, 8.0])
 def test_a_cylinder_that_is_let_go_is_no_held_picture(px_per_frame2: float) -> None:
     px = 1 / Filming(1.0).px_per_m

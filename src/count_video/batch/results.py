@@ -55,6 +55,7 @@ class ResultStore:
         if job.pages is not None and kept.get("read"):
             # A clip in which no bodies were found has a page alone.
             pictured = len(there) == 1 or f"{job.name}.{job.pages.picture_format}" in there
+            pictured &= kept.get("dialect") == job.pages.csv_dialect
             if not pictured or there != kept["evidence"].keys():
                 return replace(job, found=found)
         return TrialRow(job.name, found.result, job.settings.masses, files=there)
@@ -102,6 +103,7 @@ class ResultStore:
         if answer.final:
             kept = {"clip": answer.content, **_made_with(job)}
             kept |= {"signature": answer.result.signature, "read": answer.result.error is None}
+            kept["dialect"] = job.pages and job.pages.csv_dialect
             kept["evidence"] = {name: self._written_at(name) for name in answer.evidence}
             self._write(job, kept, found)
         elif not self._kept(job):

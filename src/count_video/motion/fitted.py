@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.motion.observations import Observations, observe
-from count_video.motion.parameters import FIRST_DEVIATION, Column, Knowledge, prior_of
+from count_video.motion.parameters import FIRST_DEVIATION, LIMITS, Column, Knowledge, prior_of
 from count_video.motion.posterior import (
     collisions_of,
     doubted,
@@ -28,6 +28,7 @@ from count_video.motion.posterior import (
 )
 from count_video.motion.rivals import (
     FIRST_COLLISIONS,
+    MOST_RIVALS,
     UNLIKELY,
     Rivals,
     weigh,
@@ -36,7 +37,7 @@ from count_video.motion.rivals import (
 from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.skips import with_frames_left_out
 from count_video.motion.solving import Fit, with_each_scatter
-from count_video.motion.starting import rough_values
+from count_video.motion.starting import MOST_COLLISIONS, expected_count, rough_values
 from count_video.motion.time_base import LeftOut
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
@@ -142,8 +143,9 @@ def _fitted(
     if not coarse.fits or not _is_near(coarse.best):
         coarse.scan(values)
     coarse.climb(calm)
-    if not coarse.best.loss < LOST_A_FRAME * len(observed.frame):
-        return Reason(Cause.MODEL_FITS_NOTHING)
+    beyond = _beyond_reach(coarse.best, known)
+    if beyond is not None:
+        return beyond
     coarse = with_frames_left_out(coarse)
     fit = with_residual_noise(coarse.observed, coarse.best)
     first = with_each_scatter(fit.question, fit.values)
@@ -151,13 +153,33 @@ def _fitted(
         return Reason(Cause.MODEL_FITS_NOTHING)
     likeliest = max(first, key=lambda one: one.evidence)
     limit_px = _misfit_limit_px(track, found)
-    strayed = _strayed(_misfit_px(likeliest), limit_px)
+    strayed = _strayed(_misfit_px(likeliest), limit_px) or _too_light(likeliest)
     if strayed is not None:
         return strayed  # before the other counts are fitted, which takes far longer
     answer = _answer(found, weigh(coarse, fit.question, first, fit.loss + UNLIKELY))
     if isinstance(answer, Reason):
         return answer
-    return _strayed(answer.misfit_px, limit_px) or answer
+    return _too_many(answer.count) or _strayed(answer.misfit_px, limit_px) or answer
+
+
+def _beyond_reach(best: Fit, known: Knowledge) -> Reason | None:
+    """Say so if no motion resembles the track, or there are more collisions than are sought."""
+    by_masses = expected_count(-float(np.log(known.mass_ratio or 1.0)))
+    near = best.loss < LOST_A_FRAME * len(best.observed.frame)
+    fits_nothing = None if near else Reason(Cause.MODEL_FITS_NOTHING)
+    return _too_many(max(float(best.count), by_masses)) or fits_nothing
+
+
+def _too_many(count: float) -> Reason | None:
+    """Say so if a count is so near to the largest one that is sought that others lie beyond."""
+    many = count > MOST_COLLISIONS - MOST_RIVALS
+    return Reason(Cause.TOO_MANY, (MOST_COLLISIONS,)) if many else None
+
+
+def _too_light(fit: Fit) -> Reason | None:
+    """Say so if the heavy body is as light as the model allows: it is lighter, and not fitted."""
+    lightest = float(LIMITS[Column.LIGHTNESS][1])
+    return Reason(Cause.LIGHTER) if fit.values[Column.LIGHTNESS] > 0.99 * lightest else None
 
 
 def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats, Floats | None]:

@@ -69,6 +69,8 @@ def _cuts(track: Track) -> list[int]:
 
 # ---- still pictures ------------------------------------------------------------------------------
 
+STILL_ROWS = 3
+"""A still picture stays for so many rows at the least: who holds one wants it to be seen."""
 STANDING_SHARE = 0.9
 """In this share of the rows of a still picture the bodies stand: as it fades they are misplaced."""
 GOES_ON = 2.0
@@ -102,7 +104,7 @@ def _rows_before_still(places: Floats, clear: Floats, gap: Floats) -> int:
     step, before = np.nanmax(steps[:, last - 2 : last], axis=0)[::-1]
     after = np.abs(places[:, last + 1 :] - places[:, last, None])
     seen = after[:, np.isfinite(after).all(axis=0)]
-    stands = seen.size and np.quantile(seen, STANDING_SHARE) <= STILL_SHARE * step
+    stands = seen.shape[1] >= STILL_ROWS and np.quantile(seen, STANDING_SHARE) <= STILL_SHARE * step
     goes_on = step <= GOES_ON * before and before <= GOES_ON * step
     return last + 1 if stands and goes_on else len(gap)
 

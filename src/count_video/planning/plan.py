@@ -207,6 +207,7 @@ def make_plan(
     table = table_of(request, theory) if with_table else None
     progress.advance(1)
     chart = chart_of(request, theory) if with_chart else None
+    progress.advance(1)
     progress.finish()
     camera = _camera_view(request, burst, framing)
     return Plan(request, burst, framing, camera, spread, changes, table, chart, motion)

@@ -5,10 +5,11 @@ The JSON is kept so that a counted clip can be held against its plan later.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
-from numbers import Integral, Number
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -23,7 +24,6 @@ MOST_RATIO = 1_000_000
 """A larger mass ratio would have more than 3141 collisions, of which no clip shows the number."""
 _LENGTHS = ("gap_m", "release_m", "heavy_thread_m", "light_thread_m", "ball_diameter_m")
 _RANGES = {
-    **dict.fromkeys(("heavy", "light"), inputs.MASS),
     **dict.fromkeys(_LENGTHS, inputs.LENGTH),
     **{"capture_fps": inputs.CAPTURE_RATE, "restitution": inputs.SHARE},
     **{"damping_per_s": inputs.DAMPING, "trials": inputs.TRIALS, "seed": inputs.SEED},
@@ -77,6 +77,8 @@ class PlanDetails(TypedDict, total=False):
 class PlanRequest:
     """One planned set-up; lengths in metres, masses in any one unit.
 
+    A mass is kept as an exact fraction, a float at the decimal number it is written as.
+
     Raises
     ------
     UsageError
@@ -105,8 +107,16 @@ class PlanRequest:
     """Seed of all that is drawn at random."""
 
     def __post_init__(self) -> None:
-        masses(exact_ratio(self.heavy, self.light), Fraction(1))  # refuses what are none
+        for name in ("heavy", "light"):
+            try:
+                mass = inputs.MASS.exact(str(getattr(self, name)))
+            except UsageError as error:
+                raise UsageError(f"{name}: {error}") from error
+            object.__setattr__(self, name, mass)
         _check_ranges(self, _RANGES)
+        masses(exact_ratio(self.heavy, self.light), Fraction(1))  # refuses what are none
+        if not isinstance(self.tolerances, Tolerances):
+            raise UsageError(f"tolerances is {shown(str(self.tolerances))}; give a Tolerances")
         if self.mass_ratio > MOST_RATIO:
             raise UsageError(f"a mass ratio above {MOST_RATIO} cannot be planned; take a smaller")
         if self.gap_m > self.release_m:
@@ -176,12 +186,18 @@ def read_request(path: Path) -> PlanRequest:
 
 
 def _check_ranges(record: object, ranges: Mapping[str, Range], prefix: str = "") -> None:
-    """Refuse a value that is no number or out of its range; the camera's rate may be left open."""
+    """Refuse a value that is no number or out of its range; the camera's rate may be left open.
+
+    The values of NumPy and others become Python's own.
+    """
     for name, allowed in ranges.items():
         value = getattr(record, name)
         if name == "capture_fps" and value is None:
             continue
-        number = isinstance(value, Integral if name in ("trials", "seed") else Number)
-        if isinstance(value, bool) or not number or not allowed.holds(value):
+        whole = name in ("trials", "seed")
+        number = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
+        own: float = (int if whole else float)(value) if number else math.nan
+        if not allowed.holds(own):
             given = shown(str(value))
             raise UsageError(f"{prefix}{name} is {given}; it must be a number {allowed}")
+        object.__setattr__(record, name, own)

@@ -112,8 +112,8 @@ class PageMedia:
 def clip_page(result: TrialResult, media: PageMedia | None = None) -> str:
     """Write the page; without media (no bodies were followed) it holds the answer alone."""
     name = storable(Path(result.clip).name)
-    file = f"./{name}" if name.startswith("-") else name
     saved = f"{Path(name).stem}.corrections.json"
+    file, back = (f"./{one}" if one.startswith("-") else one for one in (name, saved))
     shown: dict[str, object] = {"video": None, "picture": None}
     if media is not None:
         shown = {"video": data_address(media.mp4, "video/mp4"), "picture": media.picture}
@@ -122,7 +122,7 @@ def clip_page(result: TrialResult, media: PageMedia | None = None) -> str:
         "clip",
         script=media is not None,
         clip=name,
-        command=f"count-video {shlex.quote(file)} --corrections {shlex.quote(saved)}",
+        command=f"count-video {shlex.quote(file)} --corrections {shlex.quote(back)}",
         answer=answer_words(result),
         doubt=result.reason or "",
         facts=_facts(result),

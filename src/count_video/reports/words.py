@@ -180,6 +180,8 @@ SENTENCES: Final = {
     Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.2f} px where {:.2f} are "
     "allowed: something else took part than the bodies that were followed",
     Cause.MODEL_LEAVES_OPEN: "{open_counts}",
+    Cause.TOO_MANY: "there are some {:.0f} collisions or more: a track does not show how many",
+    Cause.LIGHTER: "by the motion the cylinder is much lighter than the ball, and not fitted",
     Cause.MASSES_WOULD_HELP: "the masses would narrow it down",
     Cause.GAP_MADE_UP_FOR: "frames are left out after frame {0:.0f} (about {1:.0f})",
     Cause.OTHER_SHOTS: "the clip is cut: of its shots only the longest is counted, frames {:.0f} "
@@ -220,10 +222,12 @@ TO_DO: Final = {
         *(Cause.WALL_MISSED, Cause.BODY_MISSED, Cause.UNRESOLVED, Cause.TOO_FREQUENT),
         *(Cause.MODEL_LACKS_FRAMES, Cause.MODEL_LEAVES_OPEN),
     },
+    "use a smaller mass ratio: no clip shows so many collisions": {Cause.TOO_MANY},
     "give the masses with --masses": {Cause.MASSES_WOULD_HELP},
     "show nothing but the trial: cut the rest away with --start, --end and --region X,Y,W,H, or "
     "name the side of the wall with --wall": {
         *(Cause.STRAYS, Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS, Cause.MODEL_FITS_NOTHING),
+        Cause.LIGHTER,
         *(Cause.NEVER_TOUCH, Cause.MEETS_OTHERS, Cause.OTHERS_MOVE, Cause.SEVERAL_BOUNCE),
     },
     CLEARER: {

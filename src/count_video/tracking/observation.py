@@ -63,6 +63,7 @@ def observe(view: View, progress: Progress = NO_PROGRESS) -> Observation:
     pictures, thumbnails, colours = PictureStore(), Thumbnails(), Colours()
     shots = Shots()
     frames: list[int] = []
+    last = 0
     try:
         progress.start(view.footage.info.frames_promised, "tracking")
         for frame in view.frames():
@@ -74,7 +75,9 @@ def observe(view: View, progress: Progress = NO_PROGRESS) -> Observation:
                 frames.append(frame.index)
             if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
                 progress.advance(PROGRESS_STEP)
+            last = frame.index + 1
             del frame  # one picture of the decoder holds the memory of all
+        progress.advance(last % PROGRESS_STEP)
         if not frames and view.start:
             raise UsageError(
                 f"start {view.start} leaves nothing of the clip, which has "
