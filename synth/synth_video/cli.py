@@ -129,7 +129,8 @@ def _scene_list() -> str:
 def _summary(clip: Path, truth: ClipTruth) -> str:
     apart = "resolved" if truth.resolved else "not resolved"
     return (
-        f"{clip}: {truth.frames} frames, {truth.count} collisions, {apart} "
+        f"{clip}: {truth.frames} frame{'s'[truth.frames == 1 :]}, "
+        f"{truth.count} collision{'s'[truth.count == 1 :]}, {apart} "
         f"(shortest interval {truth.shortest_interval_frames:.2f} frames); "
         f"truth in {truth_path(clip).name}\n"
     )

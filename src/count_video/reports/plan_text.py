@@ -91,6 +91,7 @@ def _camera_notes(plan: Plan) -> Iterator[Note]:
     if math.isfinite(framing.smallest_hop_px):
         text += f"; in a picture {PICTURE_WIDTH_PX} px wide at most {framing.ball_at_most_px:.0f} "
         text += f"px, and then the ball's smallest hop is {framing.smallest_hop_px:.3g} px"
+        text += ", too little to be seen" if least > framing.ball_at_most_px else ""
     yield "Picture", text
 
 

@@ -218,7 +218,7 @@ def _track(
         line=MotionLine(x, y, movers.tilt_deg, upright),
         warnings=(
             *unseen_warning("ball", paths[ball]),
-            *unseen_warning("cylinder", paths[heavy]),
+            *unseen_warning("cylinder" if given or found else "other body", paths[heavy]),
             *contradiction(given, found),
         ),
         shift_px=camera_shift(movers, view),
