@@ -193,7 +193,9 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
         if argument.startswith("-") and len(argument) > 2 and os.path.lexists(argument):
             raise UsageError(f"{shown(argument)}: put ./ before a name that begins with a dash")
     parser = _parser()
-    options = parser.parse_intermixed_args(arguments)
+    # Clips may stand on both sides of an option, but the parser that allows it knows no "--".
+    parse = parser.parse_args if "--" in arguments else parser.parse_intermixed_args
+    options = parse(arguments)
     _check_purpose(options, parser)
     options.masses = options.masses and inputs.masses(*options.masses)
     said = {one.name: getattr(options, one.name) for one in fields(TrialSettings)}

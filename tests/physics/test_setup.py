@@ -27,8 +27,7 @@ FREE = {"mounting": "free", "heavy_velocity_m_s": -1.0}
         ({"mounting": "free", "heavy_velocity_m_s": 0.5}, "toward the wall"),
         ({"gravity_m_s2": 0.0}, "needs weight"),
         ({"heavy_damping_per_s": 4.0}, "heavy_damping_per_s is 4"),
-        ({"light_thread_m": 100.0, "light_damping_per_s": 0.4}, "less than 0.298"),
-        ({"heavy_damping_per_s": 3.11}, "less than 2.98"),
+        ({"light_thread_m": 100.0, "light_damping_per_s": 0.4}, "less than 0.313"),
     ],
 )
 def test_an_impossible_setup_is_refused_in_one_line(values: dict[str, Any], said: str) -> None:

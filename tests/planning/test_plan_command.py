@@ -178,6 +178,7 @@ def test_the_same_plan_makes_the_same_files_and_replaces_those_of_another(
         "--plan 100 1 --restitution 0.1",
         "--plan 1 1 --restitution 0",
         "--plan 10000 1 --restitution 0.95 --json",
+        "--plan 100 1 --damping 3.11",
         "trial.mp4 --gap 0.03",
         "trial.mp4 --trials 30",
         "clips/ --plan-file plan.json -o out",

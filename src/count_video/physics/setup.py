@@ -8,8 +8,6 @@ from typing import Literal, get_args
 
 from count_video.errors import UsageError
 
-MOST_DAMPING = 0.95
-"""Of the rate at which a pendulum swings no more: nearer to it a flight takes ever more steps."""
 Mounting = Literal["free", "suspended"]
 
 
@@ -90,10 +88,10 @@ class Setup:
         for body in ("heavy", "light"):
             damping = getattr(self, f"{body}_damping_per_s")
             natural = swing_rate(getattr(self, f"{body}_thread_m"), self.gravity_m_s2)
-            if damping >= MOST_DAMPING * natural:
+            if damping >= natural:
                 raise UsageError(
                     f"{body}_damping_per_s is {damping:g}; a pendulum that swings needs less than "
-                    f"{MOST_DAMPING * natural:.3g}"
+                    f"{natural:g}"
                 )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from numbers import Integral, Real
@@ -16,12 +17,14 @@ from typing import Any, TypedDict
 from count_video import inputs
 from count_video.errors import UsageError
 from count_video.inputs import Range, masses, read_json_object, shown
-from count_video.physics.setup import Setup
+from count_video.physics.setup import Setup, swing_rate
 from count_video.physics.theory import Mass, exact_ratio
 
 PLAN_VERSION = 1
 MOST_RATIO = 1_000_000
 """A larger mass ratio would have more than 3141 collisions, of which no clip shows the number."""
+MOST_DAMPING = 0.95
+"""Of the rate at which a pendulum swings no more: nearer to it a flight takes ever more steps."""
 _LENGTHS = ("gap_m", "release_m", "heavy_thread_m", "light_thread_m", "ball_diameter_m")
 _RANGES = {
     **dict.fromkeys(_LENGTHS, inputs.LENGTH),
@@ -130,7 +133,13 @@ class PlanRequest:
                 f"the release of {self.release_m:g} m is not shorter than a thread of "
                 f"{shortest_m:g} m; plan swings that are small"
             )
-        self.setup()  # refuses a damping with which nothing swings
+        longest_m = max(self.heavy_thread_m, self.light_thread_m)
+        most_per_s = MOST_DAMPING * swing_rate(longest_m, Setup.gravity_m_s2)
+        if self.damping_per_s >= most_per_s:
+            raise UsageError(
+                f"with a damping of {self.damping_per_s:g} per second hardly anything swings: plan "
+                f"less than {most_per_s:.3g}"
+            )
 
     @property
     def mass_ratio(self) -> float:
@@ -196,7 +205,9 @@ def _check_ranges(record: object, ranges: Mapping[str, Range], prefix: str = "")
             continue
         whole = name in ("trials", "seed")
         number = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
-        own: float = (int if whole else float)(value) if number else math.nan
+        own: float = math.nan
+        with suppress(OverflowError):  # a whole number of hundreds of digits
+            own = (int if whole else float)(value) if number else math.nan
         if not allowed.holds(own):
             given = shown(str(value))
             raise UsageError(f"{prefix}{name} is {given}; it must be a number {allowed}")
