@@ -133,12 +133,13 @@ def _followed(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> list[Follow
     """Find bodies in the samples, round after round, and follow them through all pictures."""
     few = clip.sampled()
     found: list[Followed] = []
+    in_vain: list[Rough] = []
     settled: list[bool] = []
     for number in range(ROUNDS):
         known = len(found)
         if number > 0:
             roughs = scene.placed(scene.proposals([few.shape(seen) for seen in found]))
-        more = add_bodies(few, roughs, found)
+        more, in_vain = add_bodies(few, roughs, found, in_vain)
         as_they_are = [any(one is seen for seen in found) for one in more]
         if all(as_they_are):
             break  # of what is left, nothing can be followed

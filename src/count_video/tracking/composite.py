@@ -30,6 +30,8 @@ FAR = 10_000
 STEPS = 64
 """Of a grey level: far below the rounding of the pictures."""
 LAST = np.int16(np.iinfo(np.int16).max)
+STRIP_PIXELS = 200_000
+"""So many pixels of all pieces are laid upon each other at a time: they stay in the cache."""
 
 SHOWN_AT_LEAST, SHOWN_PICTURES = 0.15, 4
 """A pixel is learnt only if nothing hides it in more than this share, and number, of pictures: of
@@ -168,14 +170,23 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
     """
     often = len(pieces.seen) - _count(pieces.covered | pieces.others) > pieces.least
     free = pieces.covered | (pieces.others & often)
-    typical = _quantile(pieces.seen, free, 0.5)
+    height, width = often.shape
+    typical, variance, through, own, still = np.empty((5, height, width), np.float32)
+    step = max(1, STRIP_PIXELS // (width * len(pieces.seen)))
+    strips = [slice(top, top + step) for top in range(0, height, step)]
+    for rows in strips:
+        typical[rows] = _quantile(pieces.seen[:, rows], free[:, rows], 0.5)
     most = _largest_mistake(pieces, _levels(typical), free)
     theirs = [cache(partial(_less_mistaken, pieces, typical, most, away)) for away in pieces.away]
-    away = pieces.seen - _levels(typical)
-    through = _shown_through(away, pieces.behind, free)
-    inner, outer = np.abs(away), np.abs(pieces.seen - pieces.behind)
-    own, still = (_mean(np.minimum(one, most), pieces.covered) for one in (inner, outer))
-    variance = (_quantile(inner, free, MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
+    for rows in strips:
+        away = pieces.seen[:, rows] - _levels(typical[rows])
+        through[rows] = _shown_through(away, pieces.behind[:, rows], free[:, rows])
+        inner = np.abs(away)
+        outer = np.abs(pieces.seen[:, rows] - pieces.behind[:, rows])
+        own[rows], still[rows] = (
+            _mean(np.minimum(one, most), pieces.covered[:, rows]) for one in (inner, outer)
+        )
+        variance[rows] = (_quantile(inner, free[:, rows], MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
     size = round(NEIGHBOURHOOD_PX / scale) | 1, round(NEIGHBOURHOOD_PX / scale) | 1
     moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
     shown = len(pieces.seen) - _count(pieces.covered) > pieces.least

@@ -47,15 +47,23 @@ BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
 """So many bodies are followed that have many corners; others only if these are fewer than two."""
 
 
-def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -> list[Followed]:
-    """Learn and follow bodies beside those that are known, each only once; returns all."""
-    found = list(known)
+def add_bodies(
+    clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed], in_vain: Sequence[Rough] = ()
+) -> tuple[list[Followed], list[Rough]]:
+    """Learn and follow bodies beside those that are known, each only once.
+
+    Proposals that were tried ``in_vain`` before are not tried again. Returns all bodies, and all
+    proposals that gave none.
+    """
+    found, failed = list(known), list(in_vain)
     # Paths of corners are exact, those of regions right to some px.
     for rough in sorted(roughs, key=lambda one: one.blurred):
         enough = BODIES_AT_MOST if rough.sure else BODIES_ENOUGH
         if len(found) - len(known) >= enough:
             break
         if any(_holds(rough, other, clip) for other in found):
+            continue
+        if any(_alike(rough, one) for one in in_vain):
             continue
         others = [other.path_px for other in roughs if other is not rough][:NEIGHBOURS]
         # Paths of corners are exact; those of its own are no other's.
@@ -71,6 +79,7 @@ def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -
         if body is None or any(
             _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
         ):
+            failed.append(rough)
             continue
         seen = follow(clip, body)
         moves = was_followed(seen.x_px) and _travel_px(seen) > MOVES_PX
@@ -78,7 +87,9 @@ def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -
         if moves and not any(_stands_for_both(found[k].body, body) for k in np.flatnonzero(alike)):
             found = [other for other, same in zip(found, alike, strict=True) if not same]
             found.append(seen)
-    return found
+        else:
+            failed.append(rough)
+    return found, failed
 
 
 def _or_ball(clip: Clip, rough: Rough, body: Body | None, known: Sequence[Shape]) -> Body | None:
@@ -249,6 +260,11 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     if not seen.body.round_ or (alike and not isinstance(seen.body.template, Disc)):
         return body
     return _or_ball(few, rough, body, shapes)
+
+
+def _alike(one: Rough, other: Rough) -> bool:
+    """Whether two proposals are the same."""
+    return one.box == other.box and np.array_equal(one.path_px, other.path_px, equal_nan=True)
 
 
 def _holds(rough: Rough, other: Followed, clip: Clip) -> bool:

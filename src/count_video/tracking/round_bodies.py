@@ -22,8 +22,9 @@ from count_video.tracking.outline import BEYOND_OUTLINE_PX
 from count_video.tracking.paths import only
 from count_video.tracking.shape import Box
 
-SAMPLES, SAMPLES_AT_LEAST = 12, 4
-"""Circles are sought in so many samples, evenly spread."""
+SAMPLES, FIRST = 12, 4
+"""Circles are sought in so many samples, the first of them spread over all: if these show too few,
+the others are not asked."""
 PLACED = 60
 """In no more than so many samples the ball is placed; between them it moves by few px."""
 SAME_SHARE = 0.75
@@ -54,9 +55,7 @@ def find_ball(source: Source, path_px: Floats, box: Box) -> Body | None:
     NaN where it is not seen, and ``box`` is around the body, from that point.
     """
     seen = np.flatnonzero(np.isfinite(path_px[:, 0]))
-    found = (
-        _sightings(source, path_px, seen, box) if len(seen) >= SAMPLES_AT_LEAST else NO_SIGHTINGS
-    )
+    found = _sightings(source, path_px, seen, box) if len(seen) >= FIRST else NO_SIGHTINGS
     if len(found) == 0 or np.quantile(found[:, 4], 0.25) > BESIDE_SHARE:
         return None
     disc = Disc(float(np.median(found[:, 3])))
@@ -64,7 +63,7 @@ def find_ball(source: Source, path_px: Floats, box: Box) -> Body | None:
     scene = source.pictures, source.background.luma, source.background.shift_px
     fits = register_discs(*scene, disc, guesses)
     agreement = fits.agreement[np.isfinite(fits.agreement)]
-    typical = float(np.median(agreement)) if len(agreement) >= SAMPLES_AT_LEAST else 0.0
+    typical = float(np.median(agreement)) if len(agreement) >= FIRST else 0.0
     if typical < SHOWN_AT_LEAST**0.5:
         return None
     good = np.flatnonzero(fits.agreement > AGREEMENT_SHARE * typical)
@@ -81,11 +80,13 @@ def _sightings(source: Source, path_px: Floats, seen: Indices, box: Box) -> Floa
     """
     some = np.unique(seen[np.linspace(0, len(seen) - 1, min(SAMPLES, len(seen))).astype(int)])
     found: list[tuple[float, ...]] = []
-    for number, sample in enumerate(some.tolist()):
+    first = some[:: -(-len(some) // FIRST)]
+    for number, sample in enumerate([*first.tolist(), *np.setdiff1d(some, first).tolist()]):
         found += _sighting(source, sample, path_px[sample], box)
-        if number + 1 - len(found) > (1 - SAME_SHARE) * len(some):
+        asked = len(first) if number < len(first) else len(some)
+        if number + 1 - len(found) > (1 - SAME_SHARE) * asked:
             return NO_SIGHTINGS
-    rows = np.array(found)
+    rows = np.array(sorted(found))
     usual = float(np.median(rows[:, 3]))
     same = rows[np.abs(rows[:, 3] - usual) < max(SAME_RADIUS * usual, SAME_PX)]
     return same if len(same) >= SAME_SHARE * len(some) else NO_SIGHTINGS

