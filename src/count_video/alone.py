@@ -59,8 +59,7 @@ def at_a_stop(
 
 def turns_on_both_sides(alone: Explanation) -> bool:
     """Whether impacts turn a body round at both ends of its way, as wall and cylinder do a ball."""
-    turns = [one.velocity_after.ball_px_frame > 0 for one in alone.collisions]
-    return len(set(turns)) > 1
+    return len({one.push for one in alone.collisions if one.push}) > 1
 
 
 def struck_unseen(track: Track, known: Knowledge, report: FootageReport) -> Explanation | None:

@@ -50,6 +50,17 @@ def lost_before_its_last_impact(seed: int, left: int) -> tuple[Floats, list[floa
     return seen, impacts
 
 
+def test_a_mirror_image_gives_the_same_answer() -> None:
+    place, _ = lost_before_its_last_impact(0, 3)
+    report = FootageReport(len(place), None, ())
+    one, other = (
+        of_one(alone(path), NOTHING_KNOWN, report, lambda _: True)
+        for path in (place, 400.0 - place)
+    )
+    assert (one.count, one.counts, one.against) == (other.count, other.counts, other.against)
+    assert one.counts
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("left", [3, 5])
 def test_an_impact_that_no_picture_shows_before_the_clip_ends_is_inferred(
