@@ -44,17 +44,8 @@ _KEYS = (
     *("capture_fps", "capture_fps_source", "even_rate", "frames_decoded", "frames_promised"),
     *("wall_side", "upright", "ball_diameter_px", "millimetres_per_px"),
     *("pi_low", "pi_high", "mass_ratio", "mass_ratio_sigma", "contradicting_ratio"),
-    *(
-        "energy_kept",
-        "restitution",
-        "ending",
-        "fitted_setup",
-        "warnings",
-        "reviewed_count",
-        "corrections",
-        "notes",
-        "plan",
-    ),
+    *("energy_kept", "restitution", "ending", "fitted_setup", "warnings"),
+    *("reviewed_count", "corrections", "notes", "plan"),
 )
 """Keys of a result, in the order in which one reads."""
 

@@ -40,7 +40,13 @@ from count_video.reports.campaign import (
 )
 from count_video.reports.exports import json_object, plain
 from count_video.reports.plan_text import plan_headline, plan_notes, table_lines
-from count_video.reports.text import answer_words, collision_lines, comparison_lines, result_notes
+from count_video.reports.text import (
+    answer_words,
+    collision_lines,
+    comparison_lines,
+    pi_words,
+    result_notes,
+)
 from count_video.reports.words import (
     counts_words,
     percent,
@@ -160,9 +166,9 @@ def _facts(result: TrialResult) -> dict[str, str]:
         facts["Theory"] = counts_words(*expected.free)
     if result.ratio is not None:
         facts["Mass ratio"] = f"{ratio_words(result.ratio)} : 1"
-    if result.pi_low is not None and result.pi_high is not None:
-        outside = "" if result.pi_low <= math.pi <= result.pi_high else ", π outside"
-        facts["Bounds on π"] = f"{result.pi_low:#.5g} to {result.pi_high:#.5g}{outside}"
+    bounds, held = pi_words(result)
+    if bounds:
+        facts["Bounds on π"] = bounds + ", π outside" * held.endswith("outside")
     return facts
 
 

@@ -114,7 +114,8 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
         yield "Afterwards", f"{more} after the cylinder turned back, which the count leaves out"
     yield "Mass ratio", "" if result.ratio is None else ratio_words(result.ratio, "+-")
     yield "Expected", _expected(expected_counts(result), result.count)
-    yield "Pi", _pi(result)
+    bounds, held = pi_words(result)
+    yield "Pi", bounds and f"between {bounds} by the count and the mass ratio; {held}"
     places = ("between the bodies", "at the wall")
     measured = zip((result.restitution_bodies, result.restitution_wall), places, strict=True)
     words = [f"{e.value:.4f} +- {e.sigma:.4f} {where}" for e, where in measured if e]
@@ -152,17 +153,18 @@ def _expected(expected: Expected | None, count: int | None) -> str:
     return f"{text}; {each} explains the {count} counted"
 
 
-def _pi(result: TrialResult) -> str:
+def pi_words(result: TrialResult) -> tuple[str, str]:
+    """Give the bounds on pi, and say whether it lies inside; empty where there are none."""
     low, high, count = result.pi_low, result.pi_high, result.count or 0
     if low is None or high is None or result.ratio is None:
-        return ""
+        return "", ""
     lightest, heaviest = ratio_range(result.ratio)
     held = "pi lies outside"
     if low <= math.pi <= high:
         held = "pi lies inside"
     elif pi_bounds(count, heaviest).low <= math.pi <= pi_bounds(count, lightest).high:
         held = "within the uncertainty of the mass ratio pi lies inside"
-    return f"between {low:#.5g} and {high:#.5g} by the count and the mass ratio; {held}"
+    return f"{low:#.5g} and {high:#.5g}", held
 
 
 def _scene_notes(result: TrialResult) -> Iterator[Note]:
