@@ -164,11 +164,10 @@ def weighed(
     sigma, other = None, None
     if masses is not None:
         heavy, light = masses
-        if measured and Knowledge(mass_ratio=float(heavy / light)).contradicts(measured[0]):
+        given = float(heavy / light)
+        if measured and Knowledge(mass_ratio=given).contradicts(measured[0]):
             other = measured[0]
-            clash = Reason(
-                Cause.MASSES_CONTRADICT, (float(heavy / light), other.value, other.sigma)
-            )
+            clash = Reason(Cause.MASSES_CONTRADICT, (given, other.value, other.sigma))
             result = replace(result, warnings=(*result.warnings, sentence(clash)))
     elif measured:
         heavy, light, sigma = measured[0].value, 1.0, measured[0].sigma

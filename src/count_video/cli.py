@@ -149,18 +149,22 @@ def _answer_campaign(options: argparse.Namespace) -> int:
         if not options.json:
             print(f"\n{campaign_text(rows, summary, _columns())}", flush=True)
         if store is not None:
+            files = [folder / name for name in own]
             try:
                 store.write_campaign(rows, summary, kind)
             except OSError as error:
-                _complain(
-                    f"{folder}: {', '.join(own)} could not be written ({error.strerror}); free "
-                    "space and start again: the results of the trials are kept"
-                )
+                _complain(_not_written(files, error))
                 return EXIT_NOT_COUNTED
             if not options.json:
-                files = [folder / name for name in own]
                 _say_what_is_kept(files, ", and NAME.json for each trial")
     return EXIT_NOT_COUNTED if any(row.missing for row in rows) else EXIT_COUNTED
+
+
+def _not_written(files: Sequence[Path], error: OSError) -> str:
+    """Say that a campaign's own files could not be written, and what to do."""
+    names = ", ".join(file.name for file in files)
+    why = f"{files[0].parent}: {names} could not be written ({error.strerror})"
+    return f"{why}; free space and start again: the results of the trials are kept"
 
 
 def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Sequence[str]) -> None:

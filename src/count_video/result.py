@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,9 +191,9 @@ class Result:
             the clip changed since it was counted.
         """
         for name, value, known in (
-            ("picture_format", picture_format, ("png", "svg")),
-            ("csv_dialect", csv_dialect, ("comma", "semicolon")),
-            ("presenter", presenter, (None, "wide", "upright")),
+            ("picture_format", picture_format, get_args(PictureFormat)),
+            ("csv_dialect", csv_dialect, get_args(CsvDialect)),
+            ("presenter", presenter, (None, *get_args(Shape))),
         ):
             if value not in known:
                 raise UsageError(f"{name} is {value!r}; it must be one of {known}")
