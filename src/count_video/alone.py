@@ -14,7 +14,7 @@ from count_video.motion.struck import struck_ball, with_unseen_heavy
 from count_video.motion.time_base import even
 from count_video.motion.time_hypotheses import with_copies
 from count_video.reasons import Cause, Reason
-from count_video.records import FootageReport, Track
+from count_video.records import Track
 from count_video.signals import sigma_of
 
 IMPACTS_OF_ONE_ALONE = 3
@@ -26,18 +26,14 @@ three blows five numbers show whether three describe them."""
 
 
 def at_a_stop(
-    track: Track,
-    report: FootageReport,
-    moves_beside: Callable[[float], bool],
-    *,
-    seen_only: bool = False,
+    track: Track, moves_beside: Callable[[float], bool], *, seen_only: bool = False
 ) -> Explanation:
     """Explain a track by one body alone.
 
     ``moves_beside`` says whether something that was not followed moves where the body turns at a
     frame: then, or if nothing shows it, it may be one of the bodies of a trial.
     """
-    alone = by_impacts(track, report, seen_only=seen_only)
+    alone = by_impacts(track, seen_only=seen_only)
     few = alone.count < IMPACTS_OF_ONE_ALONE
     if not alone.counts or not (few or turns_on_both_sides(alone)):
         return alone
@@ -62,7 +58,7 @@ def turns_on_both_sides(alone: Explanation) -> bool:
     return len({one.push for one in alone.collisions if one.push}) > 1
 
 
-def struck_unseen(track: Track, known: Knowledge, report: FootageReport) -> Explanation | None:
+def struck_unseen(track: Track, known: Knowledge) -> Explanation | None:
     """Explain a body alone by the ball of a trial whose heavy body is not seen.
 
     None if nothing strikes it at rest, or its path is not that of such a ball.
@@ -74,7 +70,7 @@ def struck_unseen(track: Track, known: Knowledge, report: FootageReport) -> Expl
     evened, found = struck
     shown = shown_at_wall(with_unseen_heavy(track, evened.wall_side), found)
     shown = replace(shown, notes=(Reason(Cause.HEAVY_UNSEEN),))
-    explained = completed(shown, fit_burst(evened, found, known), base, known, report)
+    explained = completed(shown, fit_burst(evened, found, known), base, known)
     return explained if explained.counts and _rests_on_frames(explained) else None
 
 
@@ -98,7 +94,6 @@ def _rests_on_frames(explained: Explanation) -> bool:
 def of_one(
     track: Track,
     known: Knowledge,
-    report: FootageReport,
     moves_beside: Callable[[float], bool],
     *,
     seen_only: bool = False,
@@ -107,6 +102,6 @@ def of_one(
 
     See ``at_a_stop`` and ``at_wall``.
     """
-    alone = at_a_stop(track, report, moves_beside, seen_only=seen_only)
-    struck = None if alone.counts or seen_only else struck_unseen(track, known, report)
+    alone = at_a_stop(track, moves_beside, seen_only=seen_only)
+    struck = None if alone.counts or seen_only else struck_unseen(track, known)
     return struck or alone

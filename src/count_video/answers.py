@@ -8,7 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from count_video.alone import turns_on_both_sides
-from count_video.explanations import Explanation
+from count_video.explanations import Explanation, doubted_for_missing
 from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import SWING_RATIO_SHARE
 from count_video.physics.theory import pi_bounds
@@ -74,6 +74,7 @@ def answer(
     explained: Explanation, info: FootageInfo, report: FootageReport, settings: TrialSettings
 ) -> TrialResult:
     """Read the answer off an explanation."""
+    explained = doubted_for_missing(explained, report)
     track, count, fit = explained.track, explained.count, explained.fit
     even_rate = all(note.cause is not Cause.RATE_CHANGES for note in explained.notes)
     if not even_rate:  # no rate is that of all frames
@@ -84,8 +85,6 @@ def answer(
     seen = sum(collision.seen for collision in collisions[:count])
     at_wall, counts = explained.scene == "wall", explained.counts
     why = explained.against or explained.doubts
-    if report.frames_missing and not counts:
-        why = (Reason(Cause.FRAMES_MISSING, (report.frames_missing,)), *why)
     scaled = at_wall and not explained.outlines_apart
     unused = not at_wall and settings.masses is not None
     notes = (*explained.notes, *([Reason(Cause.MASSES_UNUSED)] if unused else ()))

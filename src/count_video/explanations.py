@@ -99,9 +99,7 @@ class Explanation:
 # ---- a trial at a wall ---------------------------------------------------------------------------
 
 
-def at_wall(
-    track: Track, known: Knowledge, report: FootageReport, *, seen_only: bool = False
-) -> Explanation:
+def at_wall(track: Track, known: Knowledge, *, seen_only: bool = False) -> Explanation:
     """Explain a track by a ball and a heavy body at a wall.
 
     With ``seen_only`` nothing is inferred between the frames.
@@ -111,15 +109,11 @@ def at_wall(
     fit = None
     if found.burst and (not shown.against or (leaves_doubt(found) and not seen_only)):
         fit = fit_burst(base.evened(track), found, known)
-    return completed(shown, fit, base, known, report)
+    return completed(shown, fit, base, known)
 
 
 def completed(
-    shown: Explanation,
-    fit: Between | Reason | None,
-    base: TimeBase,
-    known: Knowledge,
-    report: FootageReport,
+    shown: Explanation, fit: Between | Reason | None, base: TimeBase, known: Knowledge
 ) -> Explanation:
     """Complete what the frames show by a fit, if there is one, and place it among the frames."""
     notes, explained = base.notes, shown
@@ -127,8 +121,6 @@ def completed(
         if isinstance(fit, Between) and fit.left_out is not None:
             notes = (*notes, fit.left_out.note)
         explained = by_fit(shown, fit, masses_known=known.mass_ratio is not None)
-    if explained.fit is None:
-        explained = doubted_for_missing(explained, report)
     collisions = tuple(map(base.shown, explained.collisions))
     return replace(explained, collisions=collisions, notes=(*explained.notes, *notes))
 
@@ -247,7 +239,7 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
 # ---- impacts at a stop or without a wall ---------------------------------------------------------
 
 
-def by_impacts(track: Track, report: FootageReport, *, seen_only: bool = False) -> Explanation:
+def by_impacts(track: Track, *, seen_only: bool = False) -> Explanation:
     """Explain a track of one body alone, or of two without a wall, by the impacts that it shows.
 
     With ``seen_only`` those are left out that no picture shows.
@@ -256,8 +248,7 @@ def by_impacts(track: Track, report: FootageReport, *, seen_only: bool = False) 
     found = seen_impacts(base.evened(track))
     impacts = [one for one in found.collisions if one.seen or not seen_only]
     count, doubts = len(impacts), found.doubts
-    probability = with_missing(found.probability, count, report)
-    chance = probability.get(count, 0.0)
+    chance = found.probability.get(count, 0.0)
     if chance < PROBABILITY_AT_LEAST:
         doubts = (*doubts, Reason(Cause.OTHERS_LIKELY, (count, chance)))
     pushes = [one.push for one in found.collisions if one.push]
@@ -270,7 +261,7 @@ def by_impacts(track: Track, report: FootageReport, *, seen_only: bool = False) 
             replace(base.shown(one), number=number) for number, one in enumerate(impacts, 1)
         ),
         count=count,
-        probability=probability,
+        probability=found.probability,
         against=found.shortcomings,
         doubts=doubts,
     )
@@ -293,11 +284,16 @@ def with_missing(
 
 
 def doubted_for_missing(explained: Explanation, report: FootageReport) -> Explanation:
-    """Doubt a count where pictures are missing and nothing says that the burst was over."""
-    if not explained.counts or not report.frames_missing:
+    """Doubt a count where pictures are missing, unless a fit says that the burst was over.
+
+    Where none is given they are named first.
+    """
+    counts = explained.counts
+    if not report.frames_missing or (counts and explained.fit is not None):
         return explained
-    return replace(
-        explained,
-        doubts=(*explained.doubts, Reason(Cause.FRAMES_MISSING, (report.frames_missing,))),
-        probability=with_missing(explained.probability, explained.count, report),
-    )
+    missing = (Reason(Cause.FRAMES_MISSING, (report.frames_missing,)),)
+    if counts:
+        probability = with_missing(explained.probability, explained.count, report)
+        return replace(explained, doubts=missing + explained.doubts, probability=probability)
+    against = explained.against and missing + explained.against
+    return replace(explained, against=against, doubts=missing + explained.doubts)

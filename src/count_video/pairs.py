@@ -10,13 +10,12 @@ from count_video.motion.meeting import only_turns, without_wall
 from count_video.motion.parameters import Knowledge
 from count_video.motion.stretches import longest_shot, without_still
 from count_video.reasons import Cause, Reason
-from count_video.records import FootageReport, Track
+from count_video.records import Track
 
 
 def of_pair(
     track: Track,
     known: Knowledge,
-    report: FootageReport,
     stands_beyond: Callable[[Track], tuple[bool, bool]],
     *,
     seen_only: bool = False,
@@ -30,7 +29,7 @@ def of_pair(
 
     def explained(part: Track) -> Explanation:
         moving = without_still(part)
-        one = _of_moving(moving, known, report, stands_beyond, seen_only=seen_only)
+        one = _of_moving(moving, known, stands_beyond, seen_only=seen_only)
         if len(moving.frame) == len(part.frame):
             return one
         return replace(one, notes=(*one.notes, _frames(Cause.STANDS_STILL, moving)))
@@ -51,25 +50,20 @@ def _frames(cause: Cause, shown: Track) -> Reason:
 def _of_moving(
     track: Track,
     known: Knowledge,
-    report: FootageReport,
     stands_beyond: Callable[[Track], tuple[bool, bool]],
     *,
     seen_only: bool,
 ) -> Explanation:
     """Explain a track without cuts and still pictures."""
-    walled = at_wall(track, known, report, seen_only=seen_only) if track.wall_seen else None
+    walled = at_wall(track, known, seen_only=seen_only) if track.wall_seen else None
     if walled is not None and not only_turns(track, walled.collisions):
         return walled
-    free = without_a_wall(track, report, stands_beyond, seen_only=seen_only)
+    free = without_a_wall(track, stands_beyond, seen_only=seen_only)
     return free if walled is None or free.counts or walled.counts else walled
 
 
 def without_a_wall(
-    track: Track,
-    report: FootageReport,
-    stands_beyond: Callable[[Track], tuple[bool, bool]],
-    *,
-    seen_only: bool = False,
+    track: Track, stands_beyond: Callable[[Track], tuple[bool, bool]], *, seen_only: bool = False
 ) -> Explanation:
     """Explain a track by two bodies that meet.
 
@@ -78,7 +72,7 @@ def without_a_wall(
     that is lost within the picture nobody knows.
     """
     pair = replace(without_wall(track), wall_seen=track.wall_seen)
-    explained = by_impacts(pair, report, seen_only=seen_only)
+    explained = by_impacts(pair, seen_only=seen_only)
     if not explained.collisions or explained.against:
         return explained
     causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(track), strict=True)

@@ -68,8 +68,7 @@ def _explained(seen: Observation, settings: TrialSettings) -> Followed:
     known = knowledge(info, settings.masses)
     why = ""
     two, one = (
-        partial(explain, known=known, report=report, seen_only=settings.seen_only)
-        for explain in (of_pair, of_one)
+        partial(explain, known=known, seen_only=settings.seen_only) for explain in (of_pair, of_one)
     )
     pair = best = likeliest_pair(
         two(track, stands_beyond=partial(stands_beyond, seen))

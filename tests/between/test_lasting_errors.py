@@ -9,7 +9,7 @@ from count_video.explanations import at_wall
 from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.parameters import Knowledge
 from count_video.motion.seen import seen_collisions
-from count_video.records import BodyTrack, FootageReport
+from count_video.records import BodyTrack
 
 LASTS_FRAMES, SIGMA_PX = 8.0, 0.1
 TRIALS = 8
@@ -17,7 +17,6 @@ SWAY_PX, TREMBLE_SHARE = (0.5, 1.0, 2.0, 4.0), 0.2
 """How far a camera sways, and how much of it is a tremble."""
 SWAYING = (6, 10, 16, 22)
 """Seeds of trials; where what a sway leaves unexplained counts as white noise all are wrong."""
-WHOLE = FootageReport(100, 100, ())
 
 
 def with_lasting_errors(body: BodyTrack, rng: np.random.Generator) -> BodyTrack:
@@ -75,7 +74,7 @@ def swaying(seed: int) -> FilmedTrial:
 def test_counts_are_claimed_no_surer_than_they_are_while_the_camera_sways() -> None:
     wrong, chances = 0, []
     for trial in map(swaying, SWAYING):
-        explained = at_wall(trial.track, Knowledge(480.0), WHOLE)
+        explained = at_wall(trial.track, Knowledge(480.0))
         if explained.counts:
             wrong += explained.count != trial.count
             chances.append(1 - explained.probability[explained.count])

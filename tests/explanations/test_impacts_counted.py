@@ -55,7 +55,7 @@ def answer(
     shown = seen_impacts(path)
     found = replace(shown, probability=shares, collisions=shown.collisions[:impacts])
     with patch.object(explanations, "seen_impacts", return_value=found):
-        explained = at_a_stop(path, REPORT, lambda _: moves)
+        explained = at_a_stop(path, lambda _: moves)
         return answers.answer(explained, INFO, REPORT, TrialSettings())
 
 

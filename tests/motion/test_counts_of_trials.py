@@ -20,7 +20,7 @@ from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.reasons import Cause, Reason
-from count_video.records import FootageReport, Track, WallSide
+from count_video.records import Track, WallSide
 from tiers import known_miss, rest_slow
 
 LIGHT_KG = 0.0105
@@ -324,6 +324,5 @@ def test_a_turn_at_the_cylinder_says_nothing_of_the_wall(wall_side: WallSide, pa
     setup = Setup(heavy_mass_kg=3 * 0.0105, wall_gap_m=0.0187)
     filmed = film(setup, Filming(60.0, noise_px=0.05, wall_side=wall_side))
     track = replace(filmed.track, frame=pace * filmed.track.frame)
-    report = FootageReport(len(track.frame), len(track.frame), ())
-    explained = of_pair(track, NOTHING_KNOWN, report, lambda _: (False, False))
+    explained = of_pair(track, NOTHING_KNOWN, lambda _: (False, False))
     assert (explained.scene, explained.counts, explained.count) == ("wall", True, 5)

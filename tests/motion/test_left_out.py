@@ -13,7 +13,7 @@ from count_video.motion.time_base import LeftOut
 from count_video.motion.timed import seen_by_time_base
 from count_video.physics.setup import Setup
 from count_video.reasons import Cause
-from count_video.records import BodyTrack, FootageReport, Track
+from count_video.records import BodyTrack, Track
 
 FPS = 480.0
 SIGMAS = 4.0
@@ -103,7 +103,7 @@ def test_a_knock_of_the_camera_or_a_template_that_slips_is_no_frame_left_out(
             ball=replace(track.ball, position_px=track.ball.position_px + ball_px * late),
             heavy=replace(track.heavy, position_px=track.heavy.position_px + heavy_px * late),
         )
-        explained = at_wall(moved, NOTHING_KNOWN, FootageReport(len(late), len(late), ()))
+        explained = at_wall(moved, NOTHING_KNOWN)
         notes = [note.cause for note in explained.notes]
 
         assert (explained.counts, explained.count) == (True, whole.motion.count)

@@ -301,9 +301,9 @@ def test_a_clip_with_one_collision_with_the_wall_alone_is_judged() -> None:
 
 def test_where_the_rate_changes_there_are_no_times() -> None:
     track, _ = ramped(trial(), 4)
-    report = FootageReport(len(track.frame), len(track.frame), ())
     info = FootageInfo(Path("clip.mp4"), 640, 240, 0, None, 30.0, CAPTURE_FPS, "option")
-    explained = of_pair(track, NOTHING_KNOWN, report, lambda _: (False, False))
+    report = FootageReport(len(track.frame), len(track.frame), ())
+    explained = of_pair(track, NOTHING_KNOWN, lambda _: (False, False))
     result = answer(explained, info, report, TrialSettings())
     assert (result.count, result.even_rate, result.capture_fps) == (
         len(trial().frames),
@@ -311,7 +311,7 @@ def test_where_the_rate_changes_there_are_no_times() -> None:
         None,
     )
     assert all(one.time_s is None for one in result.collisions)
-    whole = of_pair(trial().track, NOTHING_KNOWN, report, lambda _: (False, False))
+    whole = of_pair(trial().track, NOTHING_KNOWN, lambda _: (False, False))
     result = answer(whole, info, report, TrialSettings())
     assert (result.even_rate, result.capture_fps) == (True, CAPTURE_FPS)
     assert all(one.time_s is not None for one in result.collisions)

@@ -17,7 +17,7 @@ from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.reasons import Cause, Reason
-from count_video.records import BodyTrack, FootageReport, Track
+from count_video.records import BodyTrack, Track
 
 LIGHT_KG = 0.0105
 NOISE_PX = 0.03
@@ -25,7 +25,6 @@ HELD = 40
 """Pictures for which one is held."""
 TIME_WITHIN = 0.15
 """Frames: five standard deviations of noise over a slow ball's step of a px."""
-ALL_FRAMES = FootageReport(1000, None, ())
 
 
 # ---- still pictures ------------------------------------------------------------------------------
@@ -63,7 +62,7 @@ def test_held_pictures_change_no_count(ratio: float, before: int, after: int) ->
 
 def check(track: Track, filmed: FilmedTrial, cause: Cause, first: int) -> None:
     """Check that a trial is counted that begins at some frame of a track, and why it alone is."""
-    explained = of_pair(track, NOTHING_KNOWN, ALL_FRAMES, lambda _: (False, False))
+    explained = of_pair(track, NOTHING_KNOWN, lambda _: (False, False))
     assert explained.counts
     assert explained.count == len(filmed.frames)
     found = [one.frame for one in explained.collisions[: explained.count]]
@@ -143,7 +142,7 @@ def test_of_a_clip_that_is_cut_the_whole_trial_is_counted(
 def test_parts_of_a_trial_are_none(ratio: float) -> None:
     filmed = trial(ratio)
     parts = joined(attempt(filmed), climax(filmed), attempt(filmed))
-    assert not of_pair(parts, NOTHING_KNOWN, ALL_FRAMES, lambda _: (False, False)).counts
+    assert not of_pair(parts, NOTHING_KNOWN, lambda _: (False, False)).counts
 
 
 @pytest.mark.parametrize("ratio", [1.0, 4.0, 16.0, 100.0])
@@ -174,4 +173,4 @@ def test_bodies_that_are_hardly_seen_together_are_refused(both: tuple[int, ...])
     hidden = np.full(len(track.frame), np.nan)
     hidden[list(both)] = track.ball.position_px[list(both)]
     apart = replace(track, ball=replace(track.ball, position_px=hidden))
-    assert not of_pair(apart, NOTHING_KNOWN, ALL_FRAMES, lambda _: (False, False)).counts
+    assert not of_pair(apart, NOTHING_KNOWN, lambda _: (False, False)).counts

@@ -10,7 +10,7 @@ from count_video.alone import of_one
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.meeting import seen_impacts
 from count_video.reasons import Cause
-from count_video.records import SURE, Floats, FootageReport
+from count_video.records import SURE, Floats
 
 NOISE_PX = 0.3
 FLIGHT, PULL = 16.0, 14.0
@@ -52,10 +52,8 @@ def lost_before_its_last_impact(seed: int, left: int) -> tuple[Floats, list[floa
 
 def test_a_mirror_image_gives_the_same_answer() -> None:
     place, _ = lost_before_its_last_impact(0, 3)
-    report = FootageReport(len(place), None, ())
     one, other = (
-        of_one(alone(path), NOTHING_KNOWN, report, lambda _: True)
-        for path in (place, 400.0 - place)
+        of_one(alone(path), NOTHING_KNOWN, lambda _: True) for path in (place, 400.0 - place)
     )
     assert (one.count, one.counts, one.against) == (other.count, other.counts, other.against)
     assert one.counts
@@ -117,9 +115,8 @@ def test_places_before_an_unseen_impact_do_not_mislead_the_first_one_seen() -> N
 
 def test_what_no_picture_shows_is_not_counted_where_only_seen_impacts_are_asked_for() -> None:
     place, impacts = lost_before_its_last_impact(0, 3)
-    report = FootageReport(len(place), len(place), ())
     counted, asked = (
-        of_one(alone(place), NOTHING_KNOWN, report, lambda _: False, seen_only=only)
+        of_one(alone(place), NOTHING_KNOWN, lambda _: False, seen_only=only)
         for only in (False, True)
     )
     assert (counted.counts, counted.count) == (True, len(impacts))
