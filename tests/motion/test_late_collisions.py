@@ -89,7 +89,7 @@ def test_a_motion_that_lacks_its_last_collision_is_also_one_of_one_collision_few
     observed, count = observe(trial.track, found), len(trial.frames)
     rough = rough_values(observed, found, known)
     prior = prior_of(rough, known, shows_heavy=True)
-    right = Rivals(observed, prior).add(count, rough, led=count)
+    right = Rivals(observed, prior).grow(rough)
     assert right.loss < len(observed.frame)
 
     rivals = Rivals(observed, prior)

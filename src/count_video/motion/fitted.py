@@ -191,11 +191,8 @@ def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats
         return rough, None
     grown = rivals.grow(rough)
     # If none is hidden among those seen, all their times lead to a fit that is near.
-    if found.burst not in rivals.fits and not _is_near(
-        rivals.add(found.burst, grown.values, led=found.burst)
-    ):
-        del rivals.fits[found.burst]
-        rivals.add(found.burst, grown.values, led=rivals.observed.calm)
+    seen = rivals.led(found.burst, grown.values)
+    rivals.add(found.burst, (seen if _is_near(seen) else grown).values)
     if not _is_near(grown):
         return rough, None
     start = grown.values[:FIRST_DEVIATION].copy()

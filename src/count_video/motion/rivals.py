@@ -93,27 +93,32 @@ class Rivals:
 
     def grow(self, start: Floats) -> Fit:
         """Fit the calm beginning, from its first collisions on each time twice as many."""
-        observed, calm = self.observed, self.observed.calm
-        known = self.prior
-        if not observed.shows_heavy:
+        count, calm = FIRST_COLLISIONS, self.observed.calm
+        while count < calm:
+            start = self.led(count, start).values
+            count *= 2
+        return self.led(calm, start)
+
+    def led(self, count: int, start: Floats) -> Fit:
+        """Fit so many first collisions, led by the times that the frames show of them.
+
+        Their restitution scatters; of rivals it does not, for with it long bursts resemble each
+        other.
+        """
+        known, ends = self.prior, np.append(self.observed.burst - CLEAR_FRAMES, np.inf)
+        if not self.observed.shows_heavy:
             lightness = float(start[Column.LIGHTNESS])
             known = known.with_value(Column.LIGHTNESS, lightness, LIGHTNESS_SIGMA)
-        count = min(FIRST_COLLISIONS, calm)
-        while True:
-            if count == len(observed.burst):
-                return self.add(count, start, led=calm)
-            some = observed.at(observed.frame < observed.burst[count] - CLEAR_FRAMES)
-            asked = replace(self._asked(some, count, led=calm), known=known)
-            for floor_px in FLOORS_PX:
-                fit = self._within(floor_px, asked, start)
-                start = fit.values
-            if count == calm:
-                return fit
-            count = min(2 * count, calm)
+        some = replace(self.observed.at(self.observed.frame < ends[count]), calm=count)
+        asked = Question(some, some.noise_px(), known, count, SCATTERS[-2], TIME_SIGMA)
+        for floor_px in FLOORS_PX:
+            fit = self._within(floor_px, asked, start)
+            start = fit.values
+        return fit
 
     def scan(self, start: Floats) -> None:
-        """Fit the counts that a scan from a start, shape (columns, ...), likes best."""
-        for count, values in scan(self.observed, start[:FIRST_DEVIATION], self.prior):
+        """Fit the counts that a scan from a start, shape (columns,), likes best."""
+        for count, values in scan(self.observed, start, self.prior):
             self.add(count, values)
 
     def climb(self, calm: Floats | None = None) -> None:
@@ -155,33 +160,22 @@ class Rivals:
                 # A quarter as far, in whole pairs; at last a single one.
                 step = max(PAIR, _whole_pairs(step // 4)) if step > PAIR else step - 1
 
-    def add(self, count: int, start: Floats, *, led: int = 0) -> Fit:
-        """Fit a count from a start, shape (columns, ...), with each floor; see ``_asked``."""
-        fit = self._fitted(count, start, led)
+    def add(self, count: int, start: Floats) -> Fit:
+        """Fit a count from a start, shape (columns, ...), with each floor."""
+        fit = self._fitted(count, start)
         reached = fit.reached
         if 0 < reached < count and reached not in self.fits:
             # The same motion without the collisions that do not come about.
-            self._fitted(reached, fit.values, led)
+            self._fitted(reached, fit.values)
         return fit
 
-    def _fitted(self, count: int, start: Floats, led: int) -> Fit:
-        asked = self._asked(self.observed, count, led=led)
+    def _fitted(self, count: int, start: Floats) -> Fit:
+        asked = Question(self.observed, self.observed.noise_px(), self.prior, count)
         for floor_px in FLOORS_PX:
             fit = self._within(floor_px, asked, start)
             start = self._led_to_the_last(fit).values
         self.fits[count] = min(fit, self.fits.get(count, fit), key=BY_LOSS)
         return fit
-
-    def _asked(self, observed: Observations, count: int, *, led: int) -> Question:
-        """Ask for a count.
-
-        It may be ``led`` by the times of so many first collisions, and then their restitution
-        scatters; of rivals it does not, for with it long bursts resemble each other.
-        """
-        observed = replace(observed, calm=led)
-        noise_px = observed.noise_px(FLOORS_PX[-1])
-        scatter, time_sigma = (SCATTERS[-2], TIME_SIGMA) if led else (0.0, np.inf)
-        return Question(observed, noise_px, self.prior, count, scatter, time_sigma)
 
     def _within(self, floor_px: float, asked: Question, start: Floats) -> Fit:
         """Fit what is asked, where anything within a floor is as good."""
