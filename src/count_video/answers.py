@@ -125,7 +125,7 @@ def answer(
         )
     if unused:
         return result
-    measured = measured_ratios(explained, given=settings.masses is not None) if counts else []
+    measured = measured_ratios(explained) if counts else []
     return weighed(result, measured, settings.masses)
 
 
@@ -136,14 +136,11 @@ def _wall_shown(explained: Explanation, settings: TrialSettings) -> WallSide | N
     return None if both or not shown or explained.scene == "bodies" else explained.track.wall_side
 
 
-def measured_ratios(explained: Explanation, *, given: bool) -> list[Estimate]:
-    """Mass ratios that the motion gives, as far as it determines them: the fit's, the swing's.
-
-    Where masses are ``given`` the fit knows them; then it is what the places say by themselves.
-    """
+def measured_ratios(explained: Explanation) -> list[Estimate]:
+    """Mass ratios that the motion gives, as far as it determines them: the fit's, the swing's."""
     found, fit = explained.found, explained.fit
     swing = None if found is None else found.swing
-    ratios = [] if fit is None else [fit.ratio_by_places if given else fit.mass_ratio]
+    ratios = [] if fit is None else [fit.mass_ratio]
     if swing is not None:
         ratio = float(swing.mass_ratio)
         share = math.hypot(swing.mass_ratio_relative_sigma, SWING_RATIO_SHARE)

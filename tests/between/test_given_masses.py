@@ -32,17 +32,17 @@ def fitted(given: float | None) -> Between:
     return fit
 
 
-def test_masses_that_the_motion_bears_out_make_the_ratio_surer() -> None:
+def test_masses_that_the_motion_bears_out_make_the_count_surer() -> None:
     given, free = fitted(RATIO), fitted(None)
-    assert given.mass_ratio.sigma < free.mass_ratio.sigma
     assert given.count == free.count
+    assert given.probability[given.count] > free.probability[free.count]
 
 
 @pytest.mark.parametrize("given", [RATIO, None])
 def test_what_the_places_show_does_not_know_what_was_given(given: float | None) -> None:
-    shown = fitted(given).ratio_by_places
+    shown = fitted(given).mass_ratio
     assert abs(shown.value - RATIO) < SIGMAS * shown.sigma
-    assert shown.sigma > fitted(RATIO).mass_ratio.sigma
+    assert shown == fitted(None).mass_ratio
 
 
 def test_more_collisions_than_are_sought_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -63,7 +63,7 @@ def test_a_cylinder_much_lighter_than_the_ball_is_not_fitted() -> None:
 @pytest.mark.parametrize("given", rest_slow([0.9 * RATIO, 1.0, 0.8 * RATIO, 1.2 * RATIO], quick=2))
 def test_masses_that_the_motion_contradicts_are_left_out_of_account(given: float) -> None:
     assert fitted(given) == fitted(None)
-    assert Knowledge(FPS, given).contradicts(fitted(given).ratio_by_places)
+    assert Knowledge(FPS, given).contradicts(fitted(given).mass_ratio)
 
 
 def test_a_ratio_is_contradicted_beyond_the_uncertainty_of_what_shows() -> None:

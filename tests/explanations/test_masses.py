@@ -57,7 +57,7 @@ def test_a_ratio_that_is_hardly_measured_is_left_out() -> None:
     known_by_swing = Estimate(100.0, 100.0 * math.hypot(0.01, SWING_RATIO_SHARE))
     for swing, known in ((vague, []), (sharp, [known_by_swing])):
         found: Any = SimpleNamespace(path_fits=True, swing=swing)
-        assert measured_ratios(replace(trial, found=found), given=False) == known
+        assert measured_ratios(replace(trial, found=found)) == known
     assert stated(weighed(COUNTED, [], None)) == (None, None)
 
 

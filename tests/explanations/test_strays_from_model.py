@@ -123,7 +123,6 @@ def fitted(count: int, confirmed: int) -> Between:
         probability=doubted({count: 1.0}),
         collisions=tuple(burst),
         mass_ratio=unknown,
-        ratio_by_places=unknown,
         restitution_bodies=unknown,
         restitution_wall=unknown,
         energy_kept=(),

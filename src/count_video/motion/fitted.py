@@ -20,7 +20,6 @@ from count_video.motion.posterior import (
     ending_of,
     energy_kept,
     left_out_of,
-    ratio_by_places,
     setup_estimates,
     shares_of,
     turns,
@@ -71,8 +70,7 @@ class Between:
     collisions: tuple[Collision, ...]
     """The burst, numbered from 1; real times are not filled in."""
     mass_ratio: Estimate
-    ratio_by_places: Estimate
-    """The same by the places alone, whatever masses are given; they may leave it open."""
+    """By the places alone, whatever masses are given."""
     restitution_bodies: Estimate
     restitution_wall: Estimate
     energy_kept: tuple[float, ...]
@@ -101,7 +99,8 @@ def fit_burst(
 ) -> Between | Reason:
     """Fit the model to a track and count the collisions of its burst.
 
-    Masses that the motion contradicts are left out of account where collisions are inferred.
+    Masses that the motion contradicts are left out of account where collisions are inferred: the
+    motion alone, fitted without them, shows whether it does, and its own ratio.
 
     Parameters
     ----------
@@ -117,17 +116,17 @@ def fit_burst(
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Reason(Cause.MODEL_LACKS_FRAMES)
     fit = _fitted(observed, track, found, known)
-    if known.mass_ratio is None or (isinstance(fit, Between) and fit.shown == fit.count):
+    if known.mass_ratio is None:
         return fit
-    # Wrong masses may give a wrong count that fits as well: the motion alone shows whether they do.
     free = _fitted(observed, track, found, replace(known, mass_ratio=None))
     if isinstance(fit, Reason):
         return free
     if isinstance(free, Reason):
         return fit
     # Of all masses some explain the places better than wrong ones; else the search went astray.
-    wrong = map(known.contradicts, (free.mass_ratio, fit.ratio_by_places))
-    return free if free.misfit_px < fit.misfit_px and any(wrong) else fit
+    wrong = known.contradicts(free.mass_ratio) and free.misfit_px < fit.misfit_px
+    inferred = fit.shown < fit.count
+    return free if wrong and inferred else replace(fit, mass_ratio=free.mass_ratio)
 
 
 def _fitted(
@@ -265,7 +264,6 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Reason:
         probability=doubted(chances),
         collisions=collisions_of(same, found, count),
         mass_ratio=mass_ratio,
-        ratio_by_places=ratio_by_places(fits),
         restitution_bodies=bodies,
         restitution_wall=wall,
         energy_kept=tuple(energy_kept(best)[:count].tolist()),

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from count_video.motion.burst import TURN_AT_LEAST_PX
 from count_video.motion.errors_of_places import HALF_EXPOSURE
-from count_video.motion.parameters import LIMITS, Column, within_limits
+from count_video.motion.parameters import Column, within_limits
 from count_video.motion.pendulums import Paths, follow, slopes, stepped
 from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.seen import SeenCollisions
@@ -133,15 +133,6 @@ def setup_estimates(fits: Sequence[Fit]) -> list[Estimate]:
     variances = [np.diag(by @ fit.covariance @ by.T) for by, fit in pairs]
     estimates = zip(*mixed(shares_of(fits), np.array(values), np.array(variances)), strict=True)
     return [Estimate(float(mean), float(sigma)) for mean, sigma in estimates]
-
-
-def ratio_by_places(fits: Sequence[Fit]) -> Estimate:
-    """Mass ratio by the places alone, whatever was given; of the fit with the most evidence."""
-    best = max(fits, key=lambda fit: fit.evidence)
-    lightness, sigma = best.by_places(Column.LIGHTNESS)
-    # What the places leave open may lie far beyond any experiment's.
-    ratio = float(np.exp(-np.clip(lightness, *LIMITS[Column.LIGHTNESS])))
-    return Estimate(ratio, ratio * sigma)
 
 
 def _arranged(values: Any) -> list[Any]:

@@ -7,7 +7,6 @@ each scatter is a fit of its own, from the solution of the next larger one.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -243,22 +242,6 @@ class Fit:
         jacobian = self.linearised.jacobian
         lasting = jacobian.T @ (self.correlated(jacobian) - jacobian)
         return np.asarray(self.white + self.white @ lasting @ self.white)
-
-    def by_places(self, column: Column) -> tuple[float, float]:
-        """Estimate a column by the places alone, without what was known of it before.
-
-        Returns value and standard uncertainty, in first order; infinite where the places say
-        nothing. The other columns follow as the normal equations have it.
-        """
-        mean, known = float(self.question.prior.mean[column]), self.question.weight[column] ** 2
-        variance = float(self.white[column, column])
-        says = 1 / variance - known if variance > 0 else 0.0
-        if says <= 0:
-            return mean, math.inf
-        away = (float(self.values[column]) - mean) / variance / says
-        moved = self.linearised.jacobian @ (self.white[:, column] / variance)
-        lasting = max(float(moved @ (self.correlated(moved) - moved)), 0.0)
-        return mean + away, math.sqrt((says + lasting) / says**2)
 
     def correlated(self, values: Floats) -> Floats:
         """Multiply by the correlations of the errors of both bodies, shape (2 frames, ...).
