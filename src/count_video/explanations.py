@@ -118,8 +118,8 @@ def completed(
     """Complete what the frames show by a fit, if there is one, and place it among the frames."""
     notes, explained = base.notes, shown
     if fit is not None:
-        if isinstance(fit, Between) and fit.left_out is not None:
-            notes = (*notes, fit.left_out.note)
+        if isinstance(fit, Between):
+            notes = (*notes, *fit.notes)
         explained = by_fit(shown, fit, masses_known=known.mass_ratio is not None)
     collisions = tuple(map(base.shown, explained.collisions))
     return replace(explained, collisions=collisions, notes=(*explained.notes, *notes))

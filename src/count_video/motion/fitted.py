@@ -37,7 +37,6 @@ from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.skips import with_frames_left_out
 from count_video.motion.solving import Fit, with_each_scatter
 from count_video.motion.starting import MOST_COLLISIONS, expected_count, rough_values
-from count_video.motion.time_base import LeftOut
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
@@ -83,8 +82,8 @@ class Between:
     """By how much the outlines are apart where ball and heavy body touch."""
     following: dict[int, float]
     """Probability that so many collisions of the burst follow after the clip's end; sums to 1."""
-    left_out: LeftOut | None = None
-    """Frames that the track does not allow for; these collisions are placed without them."""
+    notes: tuple[Reason, ...] = ()
+    """Of frames that the track does not allow for; these collisions are placed without them."""
 
     @property
     def shown(self) -> int:
@@ -272,5 +271,5 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Reason:
         misfit_px=_misfit_px(best),
         outlines_apart_px=float(best.values[Column.CONTACT]),
         following=following,
-        left_out=left_out_of(best),
+        notes=left_out_of(best).notes,
     )

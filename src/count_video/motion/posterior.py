@@ -29,7 +29,7 @@ from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Fit, shares_by
 from count_video.motion.starting import MOST_COLLISIONS
-from count_video.motion.time_base import LeftOut
+from count_video.motion.time_base import TimeBase, left_out
 from count_video.records import (
     Collision,
     Ending,
@@ -188,30 +188,32 @@ def ending_of(fit: Fit, count: int) -> Ending:
     return Ending(kind, kept, heavy, ball)
 
 
-def left_out_of(fit: Fit) -> LeftOut | None:
-    """Frames that are left out by a fit."""
+def left_out_of(fit: Fit) -> TimeBase:
+    """Give the pictures their times by a fit, which may find frames left out between two."""
     observed, frames = fit.observed, round(fit.values[Column.SKIP])
-    if frames == 0:
-        return None
-    before = observed.frame[observed.after == 0]
-    return LeftOut(observed.origin + float(before[-1]), frames)
+    return left_out(observed.origin + float(observed.frame[observed.after == 0][-1]), frames)
 
 
 # ---- collisions ----------------------------------------------------------------------------------
+
+UNSURE_FRAMES = 0.5
+"""Standard uncertainty of what happens between two pictures where frames are left out."""
 
 
 def collisions_of(fits: Sequence[Fit], found: SeenCollisions, count: int) -> tuple[Collision, ...]:
     """So many collisions of a burst by fits of one number, the likeliest first."""
     fit = fits[0]
     values, sigmas = _events(fits, count)
-    observed, gap = fit.observed, left_out_of(fit)
+    base = left_out_of(fit)
+    if base.notes:
+        hidden = (base.time[1] < values[:, 0]) & (values[:, 0] < base.time[2])
+        sigmas[hidden, 0] = np.maximum(sigmas[hidden, 0], UNSURE_FRAMES)
+    else:
+        hidden = np.zeros(count, dtype=bool)
     modelled = [
-        _modelled(observed.sign, event, *row)
+        base.shown(_modelled(fit.observed.sign, event, *row))
         for event, row in enumerate(zip(values, sigmas, strict=True))
     ]
-    hidden = np.array([gap is not None and gap.hides(one.frame) for one in modelled])
-    if gap is not None:
-        modelled = list(map(gap.shown, modelled))
     return _confirmed(
         modelled, hidden, [one for one in found.collisions[: found.burst] if one.seen]
     )

@@ -2,7 +2,7 @@ r"""When the pictures of a clip were taken: hypotheses about its frames, and whi
 
     time                          .             time                 .
                              _..-'   rate                         .-'   frames left out
-                       __..-'        changes                     |      (`LeftOut`)
+                       __..-'        changes                     |
                  _..-''                                       .-'
                .'                                          .-'
               +------------------> frame                  +------------------> frame
@@ -23,9 +23,6 @@ from numpy.typing import NDArray
 
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
-
-UNSURE_FRAMES = 0.5
-"""Standard uncertainty of what happens between two pictures where frames are left out."""
 
 
 @dataclass(frozen=True)
@@ -76,32 +73,11 @@ def even(frame: Floats) -> TimeBase:
     return TimeBase(frame, frame, frame, np.ones(len(frame), dtype=bool))
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """Frames that are missing between two pictures."""
-
-    after: float
-    """Frame coordinate of the picture before them."""
-    frames: int
-    """How many they are."""
-
-    @property
-    def note(self) -> Reason:
-        """What is unusual about the clip."""
-        return Reason(Cause.GAP_MADE_UP_FOR, (self.after, self.frames))
-
-    def hides(self, frame: float) -> bool:
-        """Whether a frame coordinate that counts them lies where they are."""
-        return self.after < frame < self.after + self.frames + 1
-
-    def shown(self, collision: Collision) -> Collision:
-        """Place a collision, of which the frame counts them, among the frames that are there."""
-        since = collision.frame - self.after
-        if self.hides(collision.frame):
-            frame = self.after + since / (self.frames + 1)
-            sigma = max(collision.frame_sigma, UNSURE_FRAMES)
-            return replace(collision, frame=frame, frame_sigma=sigma)
-        return replace(collision, frame=collision.frame - self.frames * (since > 0))
+def left_out(after: float, frames: int) -> TimeBase:
+    """Let so many frames be missing after a picture, of which the frame coordinate is given."""
+    frame = after + np.arange(-1.0, 3.0)  # on both sides it goes on evenly
+    notes = (Reason(Cause.GAP_MADE_UP_FOR, (after, frames)),) if frames else ()
+    return replace(even(frame), time=frame + frames * (frame > after), notes=notes)
 
 
 @dataclass(frozen=True)
