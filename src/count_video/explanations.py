@@ -17,6 +17,7 @@ from typing import Literal
 
 import numpy as np
 
+from count_video.motion.changing_rates import seen_by_time_base
 from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.parameters import Knowledge
@@ -26,7 +27,6 @@ from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.time_base import TimeBase, even
 from count_video.motion.time_hypotheses import with_copies
-from count_video.motion.timed import seen_by_time_base
 from count_video.reasons import Cause, Reason
 from count_video.records import SURE, Collision, FootageReport, Track
 

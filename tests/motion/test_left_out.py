@@ -7,10 +7,10 @@ import pytest
 from filmed_trials import FilmedTrial, Filming, film
 
 from count_video.explanations import at_wall, shown_at_wall
+from count_video.motion.changing_rates import seen_by_time_base
 from count_video.motion.fitted import NOTHING_KNOWN, Between, fit_burst
 from count_video.motion.seen import seen_collisions
 from count_video.motion.time_base import left_out
-from count_video.motion.timed import seen_by_time_base
 from count_video.physics.setup import Setup
 from count_video.reasons import Cause
 from count_video.records import BodyTrack, Track

@@ -12,13 +12,12 @@ from filmed_trials import FilmedTrial, Filming, film_motion, part
 from numpy.typing import NDArray
 
 from count_video.answers import answer
-from count_video.motion.changing_rates import Timed
+from count_video.motion.changing_rates import Timed, resolves, seen_by_time_base
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.gaps import gaps_of
 from count_video.motion.seen import seen_collisions
 from count_video.motion.time_base import Ramp
 from count_video.motion.time_hypotheses import ramps_of, rate_changes
-from count_video.motion.timed import resolves, seen_by_time_base
 from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate

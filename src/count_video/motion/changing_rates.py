@@ -14,17 +14,29 @@ normal, of which s is not known, have the likelihood s^-k.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import pairwise
 from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 
 from count_video.motion.gaps import gaps_of
 from count_video.motion.priors import SCATTERS
-from count_video.motion.seen import SeenCollisions, seen_collisions
+from count_video.motion.seen import (
+    RESOLVED_FRAMES,
+    SeenCollisions,
+    seen_collisions,
+    shows_motion,
+)
 from count_video.motion.swing import CORRELATED_FRAMES, fit_swing
-from count_video.motion.time_base import Ramp, TimeBase
-from count_video.motion.time_hypotheses import FACTOR_SHARE, ramps_of
+from count_video.motion.time_base import Ramp, TimeBase, even
+from count_video.motion.time_hypotheses import (
+    FACTOR_AT_LEAST,
+    FACTOR_SHARE,
+    ramps_of,
+    with_copies,
+)
 from count_video.records import Collision, Floats, Track
 
 STRAYS_LESS = 0.6
@@ -41,8 +53,7 @@ BY_TURNS = 2
 """So often the places of a change and the collisions are found, each from the other."""
 
 
-@dataclass(frozen=True)
-class Timed:
+class Timed(NamedTuple):
     """Collisions of a track by one hypothesis about the times of its pictures."""
 
     base: TimeBase
@@ -60,47 +71,78 @@ def _timed_by(ramp: Ramp, track: Track) -> Timed:
     return Timed(base, seen_collisions(base.evened(track), pace=1.0))
 
 
-def likeliest_change(track: Track, even: Timed) -> Timed | None:
+def seen_by_time_base(track: Track) -> Timed:
+    """Find the collisions by the times of the pictures that explain a track best.
+
+    Where neither the heavy body's path nor anything else speaks against even frames, they are even.
+    Whether the collisions leave doubts has no say in that: the count must not choose its own times.
+    """
+    if not shows_motion(track):
+        return Timed(even(track.frame), SeenCollisions((), 0))
+    base = with_copies(track) or even(track.frame)
+    steady = Timed(base, seen_collisions(base.evened(track)))
+    found = steady.found
+    # At the two ends of the least change of a rate, a collision keeps too little speed or too much.
+    least = np.log(FACTOR_AT_LEAST) * np.sqrt(2 / max(found.burst, 2))
+    if found.path_fits and found.is_whole and scatter_of(found) < least:
+        return steady
+    changing = likeliest_change(track, steady)
+    return changing if changing and _is_sure(changing) else steady
+
+
+def _is_sure(by: Timed) -> bool:
+    """Whether a changing rate leaves nothing open, and the heavy body keeps to its path."""
+    found = by.found
+    fits = found.swing is not None and found.swing.fits
+    return fits and not found.doubts and found.fit_may_settle and resolves(by)
+
+
+def resolves(by: Timed) -> bool:
+    """Whether there are pictures enough between collisions also where they are rarer."""
+    return all(b.frame - a.frame >= RESOLVED_FRAMES for a, b in pairwise(by.burst))
+
+
+def likeliest_change(track: Track, steady: Timed) -> Timed | None:
     """Fit the change of the rate that explains a track best; None if an even one does.
 
-    ``even`` is what the clip shows by even times.
+    ``steady`` is what the clip shows by an even rate.
     """
     begun: dict[int, list[tuple[float, Ramp, float]]] = {1: [], 2: []}
     # By no times do the restitutions scatter by less.
-    steadier = even.found.burst * np.log(scatter_of(even.found) / SCATTERS[-1])
-    for ramp, factor in ramps_of(track, even.burst):
-        gain = _gain_of_path(track, ramp, ramp.time_base(track.frame), even.burst, even)
+    steadier = steady.found.burst * np.log(scatter_of(steady.found) / SCATTERS[-1])
+    for ramp, factor in ramps_of(track, steady.burst):
+        gain = _gain_of_path(track, ramp, ramp.time_base(track.frame), steady.burst, steady)
         if gain + steadier > 0:
             begun[len(ramp.changes)].append((gain, ramp, factor))
     fits = []
     for some in filter(None, begun.values()):
         _, ramp, factor = max(some, key=itemgetter(0))
         by = _timed_by(ramp, track)
-        if _gain(track, ramp, by, even) > 0 and ramp.slows([one.frame for one in by.burst]):
+        if _gain(track, ramp, by, steady) > 0 and ramp.slows([one.frame for one in by.burst]):
             for _ in range(BY_TURNS):
                 ramp = _fitted(ramp, factor, track, by.burst)
                 by = _timed_by(ramp, track)
-            fits.append((_gain(track, ramp, by, even), by))
+            fits.append((_gain(track, ramp, by, steady), by))
     best, likeliest = max(fits, key=itemgetter(0), default=(0.0, None))
     return likeliest if best > 0 else None
 
 
-def _gain(track: Track, ramp: Ramp, by: Timed, even: Timed) -> float:
+def _gain(track: Track, ramp: Ramp, by: Timed, steady: Timed) -> float:
     """Logarithm of the ratio of the likelihoods of a changing rate and an even one."""
-    count = min(by.found.burst, even.found.burst)
-    steadier = count * np.log(scatter_of(even.found) / scatter_of(by.found))
-    return _gain_of_path(track, ramp, by.base, by.burst, even) + float(steadier)
+    count = min(by.found.burst, steady.found.burst)
+    steadier = count * np.log(scatter_of(steady.found) / scatter_of(by.found))
+    return _gain_of_path(track, ramp, by.base, by.burst, steady) + float(steadier)
 
 
 def _gain_of_path(
-    track: Track, ramp: Ramp, base: TimeBase, burst: Sequence[Collision], even: Timed
+    track: Track, ramp: Ramp, base: TimeBase, burst: Sequence[Collision], steady: Timed
 ) -> float:
     """Logarithm of the ratio of the likelihoods of the heavy body's path by two time bases.
 
     Of ``STRAYS_LESS`` as much is taken off; -inf where it shows no path. ``burst`` are collisions
     among the frames.
     """
-    even_px, _ = _path(track, even.base, even.burst, ramp)
+    even_px, _ = _path(track, steady.base, steady.burst, ramp)
     stray_px, weight = _path(track, base, burst, ramp)
     if max(even_px, stray_px) >= UNKNOWN_PX:
         return -np.inf

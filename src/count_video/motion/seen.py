@@ -71,10 +71,6 @@ class SeenCollisions:
         return sum(collision.seen for collision in self.collisions[: self.burst])
 
 
-NOTHING_SEEN = SeenCollisions((), 0)
-"""Of a track that shows no motion of two bodies."""
-
-
 def shows_motion(track: Track) -> bool:
     """Whether each body is seen in two frames at least, and the frames follow each other."""
     seen = min(int(np.isfinite(body.position_px).sum()) for body in track.bodies)
