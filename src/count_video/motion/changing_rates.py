@@ -2,8 +2,8 @@
 
 The speeds of few pictures give the places of changes to a picture or two, and the factor to a third
 (see ``time_hypotheses``). By the times that follow, collisions are found; with these the heavy body
-follows its path (see ``swing``), whose places give both more sharply. So places, factor and
-collisions are found by turns.
+follows its path (see ``swing``), whose places give both more sharply, and by these the collisions
+are found anew.
 
 The rate must be much likelier to change than to be even. By wrong times the heavy body strays from
 its path, and the restitution changes from collision to collision: next to a change of the rate it
@@ -49,8 +49,6 @@ PLACE_FRAMES = 0.02
 """Tolerance of these places, far below what the collisions' times hang on."""
 UNKNOWN_PX = 1e6
 """Stray of a heavy body that shows no path."""
-BY_TURNS = 2
-"""So often the places of a change and the collisions are found, each from the other."""
 
 
 class Timed(NamedTuple):
@@ -119,9 +117,8 @@ def likeliest_change(track: Track, steady: Timed) -> Timed | None:
         _, ramp, factor = max(some, key=itemgetter(0))
         by = _timed_by(ramp, track)
         if _gain(track, ramp, by, steady) > 0 and ramp.slows([one.frame for one in by.burst]):
-            for _ in range(BY_TURNS):
-                ramp = _fitted(ramp, factor, track, by.burst)
-                by = _timed_by(ramp, track)
+            ramp = _fitted(ramp, factor, track, by.burst)
+            by = _timed_by(ramp, track)
             fits.append((_gain(track, ramp, by, steady), by))
     best, likeliest = max(fits, key=itemgetter(0), default=(0.0, None))
     return likeliest if best > 0 else None
