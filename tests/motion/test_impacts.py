@@ -15,7 +15,8 @@ from count_video.motion.flight import motion_of, usual_acceleration
 from count_video.motion.impacts import find_impacts
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.priors import CHANCE_UNSEEN
-from count_video.motion.weighing import SeenImpacts, chances_of_sum, weighed
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.weighing import chances_of_sum, weighed
 from count_video.reasons import Cause
 from count_video.records import Floats
 
@@ -29,15 +30,15 @@ DYING = [24.0, 20.4, 17.3, 14.7, 12.5]
 PULL = 0.8
 
 
-def frames(found: SeenImpacts) -> list[float]:
+def frames(found: SeenCollisions) -> list[float]:
     return [collision.frame for collision in found.collisions]
 
 
-def counts(found: SeenImpacts) -> bool:
+def counts(found: SeenCollisions) -> bool:
     return not found.shortcomings
 
 
-def assert_found(found: SeenImpacts, impacts: list[float]) -> None:
+def assert_found(found: SeenCollisions, impacts: list[float]) -> None:
     assert counts(found), found.shortcomings
     assert frames(found) == pytest.approx(impacts, abs=TIME_FRAMES)
     assert max(found.probability, key=lambda n: found.probability[n]) == len(impacts)

@@ -17,9 +17,9 @@ from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import LAW_SHARE, LAW_SIGMAS, MIDDLE_NOISE_PX, motion_of
 from count_video.motion.impacts import find_impacts, find_turns, usual_flight
 from count_video.motion.priors import TURN_LOG_RATIO
-from count_video.motion.seen import RESOLVED_FRAMES, shows_motion
+from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions, shows_motion
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
-from count_video.motion.weighing import SeenImpacts, weighed
+from count_video.motion.weighing import weighed
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track
 from count_video.signals import noise_px
@@ -33,13 +33,13 @@ NEAR_SHARE = 0.3
 part if at one end of the clip they are farther apart than at the other by more than this share."""
 
 
-def seen_impacts(track: Track) -> SeenImpacts:
+def seen_impacts(track: Track) -> SeenCollisions:
     """Find the impacts of one body alone (kind ``wall``), or of two on each other (``bodies``).
 
     Of two neither may meet anything else.
     """
     if not shows_motion(track):
-        return SeenImpacts((), (Reason(Cause.NO_IMPACT),), (), {})
+        return SeenCollisions((), 0, (Reason(Cause.NO_IMPACT),))
     pace = frames_per_picture(track)
     slow = in_pictures(track, pace)
     ball, heavy = slow.ball, slow.heavy

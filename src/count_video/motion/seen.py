@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -39,11 +39,11 @@ class SeenCollisions:
     collisions: tuple[Collision, ...]
     """In order of time, numbered from 1; real times are not filled in."""
     burst: int
-    """How many of them belong to the first burst."""
+    """How many of them belong to the first burst; all where no wall makes one."""
     shortcomings: tuple[Reason, ...] = ()
-    """Why the clip does not show the whole burst; empty if it does."""
+    """Why the clip does not show the whole burst, or supports no count; empty if it does."""
     doubts: tuple[Reason, ...] = ()
-    """Why the fit of the whole burst has to confirm what is seen; empty if all is resolved."""
+    """Why a fit of the whole burst has to confirm what is seen, or what lowers the probability."""
     swing: Swing | None = None
     """The heavy body's path; None where the frames do not show all velocity steps."""
     outlines_apart_px: float = np.nan
@@ -54,6 +54,8 @@ class SeenCollisions:
     bodies were followed rightly."""
     errors: BodyErrors = (None, None)
     """Of the places of ball and heavy body."""
+    probability: dict[int, float] = field(default_factory=dict)
+    """Of each count, where impacts are weighed one by one; no burst is fitted then."""
 
     @property
     def is_whole(self) -> bool:

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, replace
 from itertools import pairwise, takewhile
 
 import numpy as np
 
 from count_video.motion.beginnings import Unseen, inferred, struck_at_rest
-from count_video.motion.contacts import BodyErrors
 from count_video.motion.corners import CERTAIN_LOG_ODDS, Impact
 from count_video.motion.flight import (
     HYSTERESIS_SIGMAS,
@@ -30,7 +29,7 @@ from count_video.motion.priors import (
     CHANCES_LOST,
     FLIGHT_FACTOR,
 )
-from count_video.motion.seen import RESOLVED_FRAMES
+from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions
 from count_video.motion.time_base import in_frames
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Floats, Mask, Velocities
@@ -48,22 +47,6 @@ FLIGHTS_AT_LEAST = 3
 """Fewer flights do not show that they shrink by a constant share."""
 
 
-@dataclass(frozen=True)
-class SeenImpacts:
-    """What the frames of one clip show."""
-
-    collisions: tuple[Collision, ...]
-    """In order of time, numbered from 1; real times are not filled in."""
-    shortcomings: tuple[Reason, ...]
-    """Why the clip supports no count; empty if it does."""
-    doubts: tuple[Reason, ...]
-    """What lowers the probability."""
-    probability: dict[int, float]
-    """Of each count."""
-    errors: BodyErrors = ()
-    """Of the places of each body, the first one of two that at smaller positions."""
-
-
 def weighed(
     motion: Motion,
     turns: Sequence[Impact],
@@ -71,7 +54,7 @@ def weighed(
     contact: float,
     pace: float,
     collisions: Sequence[Collision],
-) -> SeenImpacts:
+) -> SeenCollisions:
     """Weigh the turns at stops, of which the likely ones are impacts.
 
     ``earlier`` are impacts before them in pictures that do not show the body, ``contact`` is half
@@ -80,7 +63,7 @@ def weighed(
     """
     impacts = [turn for turn in turns if turn.likely]
     if not impacts:
-        return SeenImpacts((), (Reason(Cause.NO_IMPACT),), (), {0: 1.0})
+        return SeenCollisions((), 0, (Reason(Cause.NO_IMPACT),), probability={0: 1.0})
     unlikely = [turn for turn in turns if turn.chance > CHANCE_AT_LEAST and not turn.likely]
     dying = dies_out(motion, impacts)
     last = [] if dying else _last_unseen(motion, impacts)
@@ -108,11 +91,12 @@ def weighed(
     every = [*first_ones, *collisions, *last_ones]
     chances = [min(impact.chance, CHANCE_CLEAR) for impact in impacts]
     chances += [chance for _, more, _ in doubts for chance in more]
-    return SeenImpacts(
+    return SeenCollisions(
         tuple(replace(one, number=number) for number, one in enumerate(every, 1)),
+        len(every),
         _shortcomings(motion, impacts, contact, pace) or _gains(collisions),
         tuple(Reason(why, tuple(pace * f for f in frames)) for why, more, frames in doubts if more),
-        chances_of_sum(chances),
+        probability=chances_of_sum(chances),
     )
 
 
