@@ -113,10 +113,6 @@ class Errors:
                 total += variance * np.exp(-apart / lasts)
         return np.asarray(total)
 
-    def correlations_of(self, clock: Floats) -> Floats:
-        """Correlations of errors in frames of shape (n,), shape (n, n)."""
-        return self.covariance_of(clock) / self.sigma_px**2
-
 
 def errors_of(flights: Sequence[Flight]) -> Errors | None:
     """Measure the errors of places about flights; None where these say too little."""

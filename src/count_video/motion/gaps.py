@@ -58,14 +58,13 @@ class Gaps:
 
 def gaps_of(track: Track) -> Gaps:
     """Turn a track with both bodies over into distances from the wall."""
-    if track.heavy is None:
-        raise ValueError("a track of one body has no gap between bodies")
+    ball, heavy = track.bodies
     sign = 1 if track.wall_side == "left" else -1
     return Gaps(
         frame=track.frame,
-        ball_px=sign * track.ball.position_px,
-        heavy_px=sign * track.heavy.position_px,
-        near_edge_px=track.ball.high_edge_px if sign > 0 else -track.ball.low_edge_px,
+        ball_px=sign * ball.position_px,
+        heavy_px=sign * heavy.position_px,
+        near_edge_px=ball.high_edge_px if sign > 0 else -ball.low_edge_px,
         sign=sign,
     )
 

@@ -79,7 +79,8 @@ class Observations:
     def correlations(self) -> tuple[Floats | None, ...]:
         """Of the errors of ball and heavy body, shape (frames, frames); None if not known."""
         return tuple(
-            None if one is None else one.correlations_of(self.frame) for one in self.errors
+            None if one is None else one.covariance_of(self.frame) / one.sigma_px**2
+            for one in self.errors
         )
 
     def times(self, values: Floats) -> Floats:
@@ -88,7 +89,8 @@ class Observations:
 
     def at(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> Observations:
         """Keep some of the frames."""
-        return replace(self, **{name: getattr(self, name)[rows] for name in OF_FRAMES})
+        of_frames = ("frame", "ball_px", "heavy_px", "after")
+        return replace(self, **{name: getattr(self, name)[rows] for name in of_frames})
 
     def left_out_after(self, frame: float) -> Observations:
         """Let frames be left out after a frame of the clip."""
@@ -97,19 +99,8 @@ class Observations:
         return replace(self, after=after, calm=calm)
 
 
-OF_FRAMES = ("frame", "ball_px", "heavy_px", "after")
-
-
 def observe(track: Track, found: SeenCollisions) -> Observations:
-    """Cut out of a track what belongs to the first burst.
-
-    Raises
-    ------
-    ValueError
-        If no collision was seen.
-    """
-    if not found.burst:
-        raise ValueError("no collision seen: there is no burst to explain")
+    """Cut out of a track what belongs to the first burst, of one collision at least."""
     gaps = gaps_of(track)
     burst = [collision.frame for collision in found.collisions[: found.burst]]
     later = [collision.frame for collision in found.collisions[found.burst :]]
