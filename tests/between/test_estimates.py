@@ -1,13 +1,12 @@
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
 from count_video.motion.parameters import FIRST_DEVIATION, Column
-from count_video.motion.posterior import mixed, setup_estimates
-from count_video.motion.solving import shares_by
+from count_video.motion.posterior import mixed, setup_estimates, shares_of
 from count_video.records import Floats
 
 SIGMA = 0.01
@@ -19,8 +18,10 @@ class Weighed:
 
     count: int
     evidence: float
-    restitution: float
+    restitution: float = 1.0
     lightness: float = 0.0
+    data: Floats = field(default_factory=lambda: np.zeros(1))
+    correlations: Floats = field(default_factory=lambda: np.eye(1))
 
     @property
     def values(self) -> Floats:
@@ -32,12 +33,8 @@ class Weighed:
     def covariance(self) -> Floats:
         return np.eye(FIRST_DEVIATION) * SIGMA**2
 
-    @property
-    def data(self) -> Floats:
-        return np.zeros(1)
-
     def correlated(self, values: Floats) -> Floats:
-        return values
+        return self.correlations @ values
 
 
 def test_a_single_fit_is_given_as_it_is() -> None:
@@ -50,8 +47,8 @@ def shares_of_two(difference: Floats, lasts_frames: float) -> Floats:
     """One is likelier by a factor of 3; both differ by some standard deviations in each frame."""
     clock = np.arange(float(len(difference)))
     correlations = np.exp(-np.abs(clock[:, None] - clock) / lasts_frames)
-    data = np.stack([np.zeros_like(difference), difference])
-    return shares_by(np.array([np.log(3.0), 0.0]), data, lambda apart: correlations @ apart)
+    likelier = Weighed(31, np.log(3.0), data=np.zeros_like(difference), correlations=correlations)
+    return shares_of([likelier, Weighed(33, 0.0, data=difference)])
 
 
 def test_evidence_holds_where_errors_are_new_in_every_frame() -> None:

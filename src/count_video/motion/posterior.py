@@ -27,7 +27,7 @@ from count_video.motion.parameters import Column, within_limits
 from count_video.motion.pendulums import Paths, follow, slopes, stepped
 from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.seen import SeenCollisions
-from count_video.motion.solving import Fit, shares_by
+from count_video.motion.solving import Fit
 from count_video.motion.starting import MOST_COLLISIONS
 from count_video.motion.time_base import TimeBase, left_out
 from count_video.records import (
@@ -41,10 +41,20 @@ from count_video.records import (
 
 
 def shares_of(fits: Sequence[Fit]) -> Floats:
-    """Probability of each fit, shape (fits,); sums to 1."""
-    evidence = np.array([fit.evidence for fit in fits])
-    likeliest = fits[int(np.argmax(evidence))]
-    return shares_by(evidence, np.array([fit.data for fit in fits]), likeliest.correlated)
+    """Probability of each fit of the same places, where errors last; shape (fits,), sums to 1.
+
+    Of two whose places differ by d standard deviations, with errors of the correlations R, the
+    logarithms of the likelihoods by white errors differ by a normal value of mean d'd / 2 and
+    variance d'Rd. That of true likelihoods has twice its mean for a variance, so the part
+    d'd / d'Rd of the difference holds, of each against the likeliest; where errors change from
+    frame to frame more than white ones do, no more than all of it.
+    """
+    likeliest = max(fits, key=lambda fit: fit.evidence)
+    apart = np.stack([fit.data - likeliest.data for fit in fits], axis=1)
+    white, variance = (apart**2).sum(axis=0), (apart * likeliest.correlated(apart)).sum(axis=0)
+    holds = np.divide(white, variance, out=np.ones_like(white), where=variance > white)
+    shares = np.exp(holds * np.array([fit.evidence - likeliest.evidence for fit in fits]))
+    return np.asarray(shares / shares.sum())
 
 
 def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[int, float]:

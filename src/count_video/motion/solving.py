@@ -7,7 +7,6 @@ each scatter is a fit of its own, from the solution of the next larger one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -88,32 +87,6 @@ class Linearised(NamedTuple):
     """Shape (2 frames, columns); 0 for columns without freedom."""
     velocity: Floats
     """Of the places."""
-
-
-def shares_by(evidence: Floats, data: Floats, lasting: Callable[[Floats], Floats]) -> Floats:
-    """Probabilities of explanations of the same places, where errors last; sums to 1.
-
-    Of two whose places differ by d standard deviations, with errors of the correlations R, the
-    logarithms of the likelihoods by white errors differ by a normal value of mean d'd / 2 and
-    variance d'Rd. That of true likelihoods has twice its mean for a variance, so the part
-    d'd / d'Rd of the difference holds, of each against the likeliest; where errors change from
-    frame to frame more than white ones do, no more than all of it.
-
-    Parameters
-    ----------
-    evidence
-        Their logarithms, by errors that are white; shape (explanations,).
-    data
-        Residuals in standard deviations, shape (explanations, n).
-    lasting
-        Multiplies an array of shape (n, explanations) by R.
-    """
-    likeliest = int(np.argmax(evidence))
-    apart = (data - data[likeliest]).T
-    white, variance = (apart**2).sum(axis=0), (apart * lasting(apart)).sum(axis=0)
-    holds = np.divide(white, variance, out=np.ones_like(white), where=variance > white)
-    shares = np.exp(holds * (evidence - evidence[likeliest]))
-    return np.asarray(shares / shares.sum())
 
 
 class Fit:
