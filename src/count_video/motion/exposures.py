@@ -22,15 +22,13 @@ from count_video.records import Floats
 
 
 class Body(NamedTuple):
-    """Where a body's numbers stand, and how it moves by them."""
+    """Where a body's numbers stand."""
 
     laws: slice
     states: slice
-    moved: Callable[..., Any]
-    """Gives place and velocity, for its laws, its state and a time."""
 
 
-HEAVY, BALL = Body(slice(0, 2), slice(0, 2), swung), Body(slice(2, 5), slice(2, 4), slowed)
+HEAVY, BALL = Body(slice(0, 2), slice(0, 2)), Body(slice(2, 5), slice(2, 4))
 
 
 @dataclass(frozen=True)
@@ -46,14 +44,9 @@ class Flown:
     since: Floats
     """Time since then."""
 
-    def moved(self) -> tuple[Floats, Floats]:
-        """Where it is then, and how fast it moves."""
-        place, velocity = self.body.moved(self.laws, *self.state, self.since)
-        return place, velocity
-
-    def swept(self) -> Floats:
-        """Integral of the ball's place over the time since the start of the piece."""
-        return np.asarray(_swept(self.laws, *self.state, self.since))
+    def by(self, path: Callable[..., Any]) -> Any:
+        """Give what follows by a function of its laws, its state and the time since."""
+        return path(self.laws, *self.state, self.since)
 
 
 @dataclass(frozen=True)
@@ -79,9 +72,9 @@ def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
     pieces = _pieces(paths)
     ends = flown(paths, BALL, times - exposure / 2), flown(paths, BALL, times + exposure / 2)
     middle = flown(paths, HEAVY, times)
-    whole = _before(pieces.swept())
-    first, last = (_taken(whole, one.piece) + one.swept() for one in ends)
-    heavy, _ = middle.moved()
+    whole = _before(pieces.by(_swept))
+    first, last = (_taken(whole, one.piece) + one.by(_swept) for one in ends)
+    heavy, _ = middle.by(swung)
     from_rest = heavy - sets[:, Column.BALL_REST, None]
     outline = sets[:, Column.CONTACT, None] + sets[:, Column.PARALLAX, None] * from_rest
     return Sampled((last - first) / exposure, heavy + outline, pieces, ends, middle)
@@ -116,7 +109,10 @@ def _before(pieces: Floats) -> Floats:
 
 
 def _swept(laws: Sequence[Any], place: Any, velocity: Any, since: Any) -> Any:
-    """Integrate exp(-c t) (a cos(w t) + b sin(w t)), which the ball's distance from its rest is."""
+    """Integrate the ball's place from the start of a piece on.
+
+    Its distance from its rest is exp(-c t) (a cos(w t) + b sin(w t)).
+    """
     rate, decay, rest = laws
     angle, kept, squares = rate * since, np.exp(-decay * since), rate**2 + decay**2
     # 1 - exp(-c t) cos(w t) would lose its digits at small angles; these terms of it keep them.
@@ -138,13 +134,13 @@ def sampled_tangents(sampled: Sampled, tangents: Tangents, values: Floats) -> tu
     first, last = (
         whole[end.piece[0]] + _by_parameters(_swept, end, tangents) for end in sampled.ends
     )
-    begun, ended = (end.moved()[0][0] for end in sampled.ends)
+    begun, ended = (end.by(slowed)[0][0] for end in sampled.ends)
     ball = (last - first) / exposure
     ball[:, Column.EXPOSURE] += ((begun + ended) / 2 - sampled.ball[0]) / exposure
     ball[:, Column.SKIP] = (ended - begun) / exposure
     middle = sampled.middle
     heavy = _by_parameters(_place, middle, tangents)
-    heavy[:, Column.SKIP] = middle.moved()[1][0]
+    heavy[:, Column.SKIP] = middle.by(swung)[1][0]
     heavy *= 1 + parallax
     heavy[:, Column.BALL_REST] -= parallax
     heavy[:, Column.CONTACT] += 1.0
