@@ -25,15 +25,13 @@ the law of a trial leaves open of that body are its velocity, its mass and the r
 three blows five numbers show whether three describe them."""
 
 
-def at_a_stop(
-    track: Track, moves_beside: Callable[[float], bool], *, seen_only: bool = False
-) -> Explanation:
+def at_a_stop(track: Track, known: Knowledge, moves_beside: Callable[[float], bool]) -> Explanation:
     """Explain a track by one body alone.
 
     ``moves_beside`` says whether something that was not followed moves where the body turns at a
     frame: then, or if nothing shows it, it may be one of the bodies of a trial.
     """
-    alone = by_impacts(track, seen_only=seen_only)
+    alone = by_impacts(track, known)
     few = alone.count < IMPACTS_OF_ONE_ALONE
     if not alone.counts or not (few or turns_on_both_sides(alone)):
         return alone
@@ -91,17 +89,11 @@ def _rests_on_frames(explained: Explanation) -> bool:
     return tested and fit.misfit_px < LAW_SIGMAS * flights_px
 
 
-def of_one(
-    track: Track,
-    known: Knowledge,
-    moves_beside: Callable[[float], bool],
-    *,
-    seen_only: bool = False,
-) -> Explanation:
+def of_one(track: Track, known: Knowledge, moves_beside: Callable[[float], bool]) -> Explanation:
     """Explain a track of one body, at a stop or, if it cannot be, struck by one that is not seen.
 
     See ``at_a_stop`` and ``at_wall``.
     """
-    alone = at_a_stop(track, moves_beside, seen_only=seen_only)
-    struck = None if alone.counts or seen_only else struck_unseen(track, known)
+    alone = at_a_stop(track, known, moves_beside)
+    struck = None if alone.counts or known.seen_only else struck_unseen(track, known)
     return struck or alone

@@ -46,9 +46,10 @@ class Followed:
         return Path(self.result.clip)
 
 
-def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Knowledge:
-    """Give a fit what is known besides the track."""
-    return Knowledge(info.capture_fps, float(masses[0] / masses[1]) if masses else None)
+def knowledge(info: FootageInfo, settings: TrialSettings) -> Knowledge:
+    """Say what is known besides the track."""
+    ratio = float(settings.masses[0] / settings.masses[1]) if settings.masses else None
+    return Knowledge(info.capture_fps, ratio, settings.seen_only)
 
 
 def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> TrialResult:

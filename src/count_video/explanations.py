@@ -99,15 +99,12 @@ class Explanation:
 # ---- a trial at a wall ---------------------------------------------------------------------------
 
 
-def at_wall(track: Track, known: Knowledge, *, seen_only: bool = False) -> Explanation:
-    """Explain a track by a ball and a heavy body at a wall.
-
-    With ``seen_only`` nothing is inferred between the frames.
-    """
+def at_wall(track: Track, known: Knowledge) -> Explanation:
+    """Explain a track by a ball and a heavy body at a wall."""
     base, found = seen_by_time_base(track)
     shown = shown_at_wall(track, found)
     fit = None
-    if found.burst and (not shown.against or (leaves_doubt(found) and not seen_only)):
+    if found.burst and (not shown.against or (leaves_doubt(found) and not known.seen_only)):
         fit = fit_burst(base.evened(track), found, known)
     return completed(shown, fit, base, known)
 
@@ -239,14 +236,11 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
 # ---- impacts at a stop or without a wall ---------------------------------------------------------
 
 
-def by_impacts(track: Track, *, seen_only: bool = False) -> Explanation:
-    """Explain a track of one body alone, or of two without a wall, by the impacts that it shows.
-
-    With ``seen_only`` those are left out that no picture shows.
-    """
+def by_impacts(track: Track, known: Knowledge) -> Explanation:
+    """Explain a track of one body alone, or of two without a wall, by the impacts that it shows."""
     base = with_copies(track) or even(track.frame)
     found = seen_impacts(base.evened(track))
-    impacts = [one for one in found.collisions if one.seen or not seen_only]
+    impacts = [one for one in found.collisions if one.seen or not known.seen_only]
     count, doubts = len(impacts), found.doubts
     chance = found.probability.get(count, 0.0)
     if chance < PROBABILITY_AT_LEAST:

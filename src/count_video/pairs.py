@@ -14,11 +14,7 @@ from count_video.records import Track
 
 
 def of_pair(
-    track: Track,
-    known: Knowledge,
-    stands_beyond: Callable[[Track], tuple[bool, bool]],
-    *,
-    seen_only: bool = False,
+    track: Track, known: Knowledge, stands_beyond: Callable[[Track], tuple[bool, bool]]
 ) -> Explanation:
     """Explain a track of two bodies, at a wall or, where none is shown, without one.
 
@@ -29,7 +25,7 @@ def of_pair(
 
     def explained(part: Track) -> Explanation:
         moving = without_still(part)
-        one = _of_moving(moving, known, stands_beyond, seen_only=seen_only)
+        one = _of_moving(moving, known, stands_beyond)
         if len(moving.frame) == len(part.frame):
             return one
         return replace(one, notes=(*one.notes, _frames(Cause.STANDS_STILL, moving)))
@@ -48,22 +44,18 @@ def _frames(cause: Cause, shown: Track) -> Reason:
 
 
 def _of_moving(
-    track: Track,
-    known: Knowledge,
-    stands_beyond: Callable[[Track], tuple[bool, bool]],
-    *,
-    seen_only: bool,
+    track: Track, known: Knowledge, stands_beyond: Callable[[Track], tuple[bool, bool]]
 ) -> Explanation:
     """Explain a track without cuts and still pictures."""
-    walled = at_wall(track, known, seen_only=seen_only) if track.wall_seen else None
+    walled = at_wall(track, known) if track.wall_seen else None
     if walled is not None and not only_turns(track, walled.collisions):
         return walled
-    free = without_a_wall(track, stands_beyond, seen_only=seen_only)
+    free = without_a_wall(track, known, stands_beyond)
     return free if walled is None or free.counts or walled.counts else walled
 
 
 def without_a_wall(
-    track: Track, stands_beyond: Callable[[Track], tuple[bool, bool]], *, seen_only: bool = False
+    track: Track, known: Knowledge, stands_beyond: Callable[[Track], tuple[bool, bool]]
 ) -> Explanation:
     """Explain a track by two bodies that meet.
 
@@ -72,7 +64,7 @@ def without_a_wall(
     that is lost within the picture nobody knows.
     """
     pair = replace(without_wall(track), wall_seen=track.wall_seen)
-    explained = by_impacts(pair, seen_only=seen_only)
+    explained = by_impacts(pair, known)
     if not explained.collisions or explained.against:
         return explained
     causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(track), strict=True)

@@ -65,19 +65,16 @@ def _explained(seen: Observation, settings: TrialSettings) -> Followed:
     if not seen.whole:
         shot = Reason(Cause.OTHER_SHOTS, (float(seen.frames[0]), float(seen.frames[-1])))
         report = replace(report, warnings=(*report.warnings, sentence(shot)))
-    known = knowledge(info, settings.masses)
+    known = knowledge(info, settings)
     why = ""
-    two, one = (
-        partial(explain, known=known, seen_only=settings.seen_only) for explain in (of_pair, of_one)
-    )
     pair = best = likeliest_pair(
-        two(track, stands_beyond=partial(stands_beyond, seen))
+        of_pair(track, known, partial(stands_beyond, seen))
         for track in pair_tracks(seen.movers, seen.frames, seen.view, settings.wall)
     )
     if pair is None or not is_settled(pair):
         try:
             one_by_one = [
-                one(track, moves_beside=partial(moves_beside, seen, track))
+                of_one(track, known, partial(moves_beside, seen, track))
                 for track in single_tracks(seen)
             ]
             alone = of_bodies_alone(one_by_one)

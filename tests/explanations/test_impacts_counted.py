@@ -12,6 +12,7 @@ import pytest
 from count_video import answers, explanations
 from count_video.alone import at_a_stop
 from count_video.motion.meeting import seen_impacts
+from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL
 from count_video.reasons import Cause
 from count_video.records import (
@@ -55,7 +56,7 @@ def answer(
     shown = seen_impacts(path)
     found = replace(shown, probability=shares, collisions=shown.collisions[:impacts])
     with patch.object(explanations, "seen_impacts", return_value=found):
-        explained = at_a_stop(path, lambda _: moves)
+        explained = at_a_stop(path, Knowledge(), lambda _: moves)
         return answers.answer(explained, INFO, REPORT, TrialSettings())
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.pairs import without_a_wall
 from count_video.reasons import Cause
 from count_video.records import BodyTrack, MotionLine, Track
@@ -36,7 +37,7 @@ def track() -> Track:
 
 
 def test_the_collision_is_counted() -> None:
-    explained = without_a_wall(track(), lambda _: (False, False))
+    explained = without_a_wall(track(), NOTHING_KNOWN, lambda _: (False, False))
 
     assert (explained.counts, explained.count) == (True, 1)
 
@@ -47,7 +48,7 @@ def test_the_collision_is_counted() -> None:
 def test_what_stands_beyond_an_end_of_the_clip_may_be_a_wall(
     beyond: tuple[bool, bool], cause: Cause
 ) -> None:
-    explained = without_a_wall(track(), lambda _: beyond)
+    explained = without_a_wall(track(), NOTHING_KNOWN, lambda _: beyond)
 
     assert not explained.counts
     assert [reason.cause for reason in explained.against] == [cause]
@@ -56,7 +57,7 @@ def test_what_stands_beyond_an_end_of_the_clip_may_be_a_wall(
 def test_a_body_that_is_lost_may_collide_again() -> None:
     lost = replace(track(), lost_beyond=(60.0,))
 
-    explained = without_a_wall(lost, lambda _: (False, False))
+    explained = without_a_wall(lost, NOTHING_KNOWN, lambda _: (False, False))
 
     assert not explained.counts
     assert [(one.cause, one.figures) for one in explained.against] == [(Cause.LOST, (60.0,))]
@@ -71,7 +72,9 @@ def test_two_bodies_that_meet_are_counted_between_copies() -> None:
     right = BodyTrack(300.0 + SIZE_PX + np.maximum(swing, 0.0) + noise[1], sigma, 0.0, 2 * SIZE_PX)
     shown = replace(track(), frame=frame, ball=left, heavy=right, ball_diameter_px=2 * SIZE_PX)
     copied = replace(shown, frame=frame + frame // 5)
-    true, found = (without_a_wall(one, lambda _: (False, False)) for one in (shown, copied))
+    true, found = (
+        without_a_wall(one, NOTHING_KNOWN, lambda _: (False, False)) for one in (shown, copied)
+    )
     assert (true.counts, true.count) == (found.counts, found.count) == (True, 11)
     times = np.array([one.frame for one in true.collisions])
     # After picture k, the frame after the copies before it.
@@ -90,7 +93,7 @@ def test_bodies_are_named_alike_in_track_and_collisions_whatever_wall_is_given()
         ),
         heavy=BodyTrack(shown.ball.position_px + SIZE_PX / 2, shown.ball.sigma_px, -SIZE_PX, 0.0),
     )
-    explained = without_a_wall(turned, lambda _: (False, False))
+    explained = without_a_wall(turned, NOTHING_KNOWN, lambda _: (False, False))
     (one,) = explained.collisions
     place = np.interp(one.frame, explained.track.frame, explained.track.ball.position_px)
     assert place == pytest.approx(one.position_px, abs=AT_CORNER_PX)

@@ -53,7 +53,7 @@ def fitted(ratio: float, side: WallSide = "left", interval: float = RESOLVED_FRA
 
 
 def explained(track: Track, *, seen_only: bool = False) -> Explanation:
-    return of_one(track, Knowledge(), lambda _: False, seen_only=seen_only)
+    return of_one(track, Knowledge(seen_only=seen_only), lambda _: False)
 
 
 @pytest.mark.parametrize("side", rest_slow(["left", "right"]))

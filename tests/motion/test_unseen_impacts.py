@@ -9,6 +9,7 @@ from free_paths import alone, bouncing, noisy
 from count_video.alone import of_one
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.meeting import seen_impacts
+from count_video.motion.parameters import Knowledge
 from count_video.reasons import Cause
 from count_video.records import SURE, Floats
 
@@ -116,8 +117,7 @@ def test_places_before_an_unseen_impact_do_not_mislead_the_first_one_seen() -> N
 def test_what_no_picture_shows_is_not_counted_where_only_seen_impacts_are_asked_for() -> None:
     place, impacts = lost_before_its_last_impact(0, 3)
     counted, asked = (
-        of_one(alone(place), NOTHING_KNOWN, lambda _: False, seen_only=only)
-        for only in (False, True)
+        of_one(alone(place), Knowledge(seen_only=only), lambda _: False) for only in (False, True)
     )
     assert (counted.counts, counted.count) == (True, len(impacts))
     assert not all(one.seen for one in counted.collisions)

@@ -108,12 +108,14 @@ class Prior:
 
 @dataclass(frozen=True)
 class Knowledge:
-    """What is known of a trial besides its track."""
+    """What is known of a trial besides its track, and what may be inferred."""
 
     capture_fps: float | None = None
     """The camera's rate; None if unknown."""
     mass_ratio: float | None = None
     """Heavy over light; None to let the fit measure it."""
+    seen_only: bool = False
+    """Whether to count what the frames show, and infer nothing between them."""
 
     def contradicts(self, shown: Estimate) -> bool:
         """Whether a mass ratio that the motion shows contradicts the one that is given."""
