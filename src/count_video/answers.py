@@ -80,9 +80,11 @@ def answer(
     even_rate = all(note.cause is not Cause.RATE_CHANGES for note in explained.notes)
     if not even_rate:  # no rate is that of all frames
         info = replace(info, capture_fps=None, capture_fps_source="unknown")
-    fps, collisions = info.capture_fps, explained.collisions
-    if fps is not None:
-        collisions = tuple(replace(c, time_s=c.frame / fps) for c in collisions)
+    fps = info.capture_fps
+    collisions = tuple(
+        replace(one, number=number, time_s=None if fps is None else one.frame / fps)
+        for number, one in enumerate(explained.collisions, 1)
+    )
     seen = sum(collision.seen for collision in collisions[:count])
     at_wall, counts = explained.scene == "wall", explained.counts
     why = explained.against or explained.doubts

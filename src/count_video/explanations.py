@@ -53,7 +53,7 @@ class Explanation:
     """With uncertainties that hold the errors which last."""
     scene: Scene
     collisions: tuple[Collision, ...]
-    """In order of time, by the clip's frames; real times are not filled in."""
+    """In order of time, by the clip's frames."""
     count: int
     """How many of them are counted, if any count is given."""
     probability: dict[int, float]
@@ -162,8 +162,7 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
     if shown.outlines_apart:
         # Where collisions are missed, contacts by themselves say less of it than the motion does.
         shown = replace(shown, notes=_outlines(shown.track, fit.outlines_apart_px))
-    after = (one for one in shown.collisions[min(count, seen) :] if _is_another(one, fit))
-    later = tuple(replace(one, number=number) for number, one in enumerate(after, count + 1))
+    later = (one for one in shown.collisions[min(count, seen) :] if _is_another(one, fit))
     probability, doubts = _left_open(shown, fit, others)
     collisions = (*fit.collisions, *later)
     return replace(
@@ -251,9 +250,7 @@ def by_impacts(track: Track, known: Knowledge) -> Explanation:
     return Explanation(
         track=with_errors(track, found.errors),
         scene="stop" if track.heavy is None else "bodies",
-        collisions=tuple(
-            replace(base.shown(one), number=number) for number, one in enumerate(impacts, 1)
-        ),
+        collisions=tuple(map(base.shown, impacts)),
         count=count,
         probability=found.probability,
         against=found.shortcomings,

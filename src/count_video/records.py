@@ -181,18 +181,18 @@ class Velocities:
     heavy_sigma_px_frame: float = math.nan
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Collision:
     """One collision: a sign change of the relative velocity, at a contact."""
 
-    number: int
-    """Counts from 1, in order of time, through the burst and beyond it."""
+    number: int = 0
+    """Counts from 1, in order of time, through the burst and beyond it; 0 before the answer."""
     kind: CollisionKind
     frame: float
     """Frame coordinate of the contact."""
     frame_sigma: float
     """Standard uncertainty of ``frame`` in frames."""
-    time_s: float | None
+    time_s: float | None = None
     """Real time since frame 0; None while the capture rate is unknown."""
     seen: bool
     """True if the frames show it; False if it is inferred between frames."""

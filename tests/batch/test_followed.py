@@ -34,7 +34,16 @@ def followed_once() -> Followed:
     )
     track = Track(frame, ball, heavy, "left", NAN, line, (), np.zeros((4, 2)), turned)
     unknown = Velocities(NAN, -INF)
-    collision = Collision(1, "wall", 2.5, NAN, None, True, 80.0, unknown, unknown)
+    collision = Collision(
+        number=1,
+        kind="wall",
+        frame=2.5,
+        frame_sigma=NAN,
+        seen=True,
+        position_px=80.0,
+        velocity_before=unknown,
+        velocity_after=unknown,
+    )
     return Followed(
         replace(TrialResult("clip.mp4", "not_counted", "nothing moves"), collisions=(collision,)),
         track,

@@ -17,7 +17,16 @@ Work = Callable[[Path], TrialResult]
 def counted(path: Path) -> TrialResult:
     """Answer with one collision at the wall."""
     still, away = Velocities(-2.0, 0.0), Velocities(2.0, 0.0)
-    collision = Collision(1, "wall", 12.5, 0.1, None, True, 80.0, still, away)
+    collision = Collision(
+        number=1,
+        kind="wall",
+        frame=12.5,
+        frame_sigma=0.1,
+        seen=True,
+        position_px=80.0,
+        velocity_before=still,
+        velocity_after=away,
+    )
     return replace(
         TrialResult(str(path), "not_counted", ""),
         status="counted",

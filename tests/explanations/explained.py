@@ -27,7 +27,15 @@ def track(*, wall_seen: bool) -> Track:
 
 def collision(number: int, kind: CollisionKind) -> Collision:
     still = Velocities(0.0, 0.0)
-    return Collision(number, kind, 5.0 * number, 0.5, None, True, 0.0, still, still)
+    return Collision(
+        kind=kind,
+        frame=5.0 * number,
+        frame_sigma=0.5,
+        seen=True,
+        position_px=0.0,
+        velocity_before=still,
+        velocity_after=still,
+    )
 
 
 def at_a_wall(*, path_shows: bool, counts: bool = False) -> Explanation:

@@ -64,6 +64,7 @@ def test_a_count_is_given_where_it_is_probable() -> None:
     result = answer({3: 0.4, 4: 0.6})
 
     assert (result.status, result.count) == ("counted", 4)
+    assert [one.number for one in result.collisions] == [1, 2, 3, 4]
 
 
 @pytest.mark.parametrize("others", [{3: 0.26, 5: 0.26}, {5: 0.52}])

@@ -109,7 +109,7 @@ def test_what_follows_the_burst_is_not_its_last_collision_again(
 
     stated = by_fit(seen, fit, masses_known=False)
 
-    assert [one.number for one in stated.collisions] == list(range(1, COUNT + 1 + another))
+    assert len(stated.collisions) == COUNT + another
     assert stated.collisions[-1].frame == (follows if another else last).frame
 
 

@@ -9,4 +9,12 @@ from count_video.records import Collision, CollisionKind, Velocities
 
 def collision(kind: CollisionKind, frame: float) -> Collision:
     unknown = Velocities(np.nan, np.nan)
-    return Collision(1, kind, frame, 0.1, None, True, 0.0, unknown, unknown)
+    return Collision(
+        kind=kind,
+        frame=frame,
+        frame_sigma=0.1,
+        seen=True,
+        position_px=0.0,
+        velocity_before=unknown,
+        velocity_after=unknown,
+    )

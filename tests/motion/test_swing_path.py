@@ -40,11 +40,9 @@ def collisions(hidden: int | None, steps: tuple[float, ...] = STEPS) -> list[Col
     """Collisions of both bodies; the ball's velocity before the hidden one is not known."""
     return [
         Collision(
-            number=2 * place + 1,
             kind="bodies",
             frame=time,
             frame_sigma=0.05,
-            time_s=None,
             seen=True,
             position_px=0.0,
             velocity_before=Velocities(np.nan if place == hidden else 0.0, np.nan),

@@ -105,9 +105,9 @@ def fit_contacts(
         times = times + np.clip(moved, *_reach(times))
         if number and np.abs(moved).max(initial=0.0) < SETTLED_FRAMES:
             break
-    found = enumerate(zip(kinds, times.tolist(), fitted, strict=True), 1)
+    found = zip(kinds, times.tolist(), fitted, strict=True)
     return Contacts(
-        collisions=tuple(_collision(sign, number, *one) for number, one in found),
+        collisions=tuple(_collision(sign, *one) for one in found),
         distance_px=_shared(kinds, fitted, bodies).get("bodies", (np.nan, np.nan))[0],
         errors=tuple(body.errors for body in bodies),
     )
@@ -197,16 +197,14 @@ def _step(
     )
 
 
-def _collision(sign: int, number: int, kind: Kind, frame: float, fitted: _Fitted) -> Collision:
+def _collision(sign: int, kind: Kind, frame: float, fitted: _Fitted) -> Collision:
     velocities, bodies = np.full((2, 4), np.nan), fitted.rate.shape[1]
     velocities[:, :bodies], velocities[:, 2 : 2 + bodies] = sign * fitted.rate, fitted.rate_sigma
     before, after = (Velocities(*each) for each in velocities.tolist())
     return Collision(
-        number=number,
         kind="bodies" if kind == "bodies" else "wall",
         frame=frame,
         frame_sigma=fitted.moved_sigma,
-        time_s=None,
         seen=True,
         position_px=sign * fitted.ball_px,
         velocity_before=before,

@@ -67,7 +67,7 @@ class Between:
     probability: dict[int, float]
     """Of each count; sums to 1."""
     collisions: tuple[Collision, ...]
-    """The burst, numbered from 1; real times are not filled in."""
+    """The burst."""
     mass_ratio: Estimate
     """By the places alone, whatever masses are given."""
     restitution_bodies: Estimate

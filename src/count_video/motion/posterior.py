@@ -250,11 +250,9 @@ def _modelled(sign: int, event: int, values: Floats, sigmas: Floats) -> Collisio
     velocities = np.hstack([sign * values[rates], sigmas[rates]]).tolist()
     before, after = (Velocities(*each) for each in velocities)
     return Collision(
-        number=event + 1,
         kind="wall" if event % 2 else "bodies",
         frame=float(values[0]),
         frame_sigma=float(sigmas[0]),
-        time_s=None,
         seen=False,
         position_px=sign * float(values[7]),
         velocity_before=before,

@@ -37,7 +37,7 @@ class SeenCollisions:
     """What the frames of one clip show."""
 
     collisions: tuple[Collision, ...]
-    """In order of time, numbered from 1; real times are not filled in."""
+    """In order of time."""
     burst: int
     """How many of them belong to the first burst; all where no wall makes one."""
     shortcomings: tuple[Reason, ...] = ()

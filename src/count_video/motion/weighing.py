@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, replace
+from dataclasses import astuple
 from itertools import pairwise, takewhile
 
 import numpy as np
@@ -88,11 +88,11 @@ def weighed(
         (Cause.TOO_FREQUENT, CHANCES_LOST * lost, ()),
         (Cause.CUT_AT_STOP, (CHANCE_CUT_OFF,) * cut, ()),
     ]
-    every = [*first_ones, *collisions, *last_ones]
+    every = (*first_ones, *collisions, *last_ones)
     chances = [min(impact.chance, CHANCE_CLEAR) for impact in impacts]
     chances += [chance for _, more, _ in doubts for chance in more]
     return SeenCollisions(
-        tuple(replace(one, number=number) for number, one in enumerate(every, 1)),
+        every,
         len(every),
         _shortcomings(motion, impacts, contact, pace) or _gains(collisions),
         tuple(Reason(why, tuple(pace * f for f in frames)) for why, more, frames in doubts if more),
