@@ -4,11 +4,6 @@ It begins with the first contact of the heavy body with the ball at rest. It end
 body, driven back, turns round again. A clip supports a count if it shows the ball at rest before,
 and either that turn or, at its end, bodies that part and no wall that the ball could reach before.
 
-Of two collisions shortly before and after the turn, the first belongs to the burst and the second
-does not. The heavy body's places hardly show which, for near the turn it stands still; its fitted
-velocity before the collision does. Where even that leaves it open, the fit of the whole burst gives
-the chance of either.
-
 What follows the clip's last frame is left to the fit of the whole burst, which knows the threads:
 here a clip ends too early if the velocities after the last collision lead to another one.
 """

@@ -5,10 +5,9 @@ The speeds of few pictures give the places of changes to a picture or two, and t
 follows its path (see ``swing``), whose places give both more sharply, and by these the collisions
 are found anew.
 
-The rate must be much likelier to change than to be even. By wrong times the heavy body strays from
-its path, and the restitution changes from collision to collision: next to a change of the rate it
-seems to be a fraction, or more than 1. Standard deviations s of k independent residuals that are
-normal, of which s is not known, have the likelihood s^-k.
+By wrong times the heavy body strays from its path, and the restitution seems to scatter. Standard
+deviations s of k independent residuals that are normal, of which s is not known, have the
+likelihood s^-k.
 """
 
 from __future__ import annotations

@@ -1,6 +1,10 @@
 """The equations of one contact: the places next to it, and what they are made of.
 
-See ``contacts`` for the law.
+With s the time since the contact, and G the measured places integrated twice, a body's path is
+
+    x(s) = p + v s + a s^2 / 2 - b G(s) + j max(s, 0) + c max(s, 0)^2 / 2,
+
+of which docs/architecture.md says more.
 """
 
 from __future__ import annotations

@@ -1,19 +1,7 @@
-r"""Contacts fitted one by one: when each was, and how fast the bodies were before and after it.
+"""Contacts fitted one by one: when each was, and how fast the bodies were before and after it.
 
-Next to a contact at the time t a body obeys the law of flight on both sides, and its velocity
-jumps. With s = frame - t,
-
-    x(s) = p + v s + a s^2 / 2 - b G(s) + j max(s, 0) + c max(s, 0)^2 / 2,
-
-where c is small and G integrates the measured places twice, from 0 at the contact, so that any
-swing obeys it exactly: noise hardly counts in a double integral. Given t this is linear. A contact
-that is later by dt lowers the places after it by j dt, by which t follows (Gauss and Newton); both
-bodies share it. All contacts of the ball with one wall are at one place, all contacts of the bodies
-at one distance: what the others say of it is one observation more.
-
-Large residuals count like Cauchy errors. The uncertainties hold what lasts of the errors of places
-from frame to frame (see ``errors_of_places``): with H the Hessian, A the weighted design, C the
-covariance of the places and P the priors' part of H, they are those of H^-1 (A' C A + P) H^-1.
+Each contact takes a step after another by its own equations (see ``contact_equations``), by Gauss's
+and Newton's method; what the others of its kind say of where it is counts as one observation more.
 """
 
 from __future__ import annotations

@@ -7,15 +7,9 @@ r"""Whether a path turns round by an impact or smoothly: one ratio of likelihood
      |   \__/      \                            |_______/   either side
      +-----------------> frame                  +-----------------> frame
 
-On both sides of a turn a free body obeys x'' = a - b x, and an impact adds a corner:
-
-    x(t) = p + v t + a t^2 / 2 - b G(t) + j C(t - s),
-
-where G sums the measured places twice, so that any swing obeys it exactly however few pictures show
-it, and C is a corner that a contact of 2 h pictures rounds off. Given s and h this is linear, and
-the evidence for it has a closed form (normal and inverse gamma priors: Bishop 2006, section 3.5).
-An impact is compared with no corner, with a path that a hand leads, which no law bends, and with
-one misplaced picture.
+To the law of a free body an impact adds the corner. Given its time and that of the contact all is
+linear, and the evidence has a closed form (normal and inverse gamma priors: Bishop 2006, section
+3.5). The formula, and what an impact is compared with, stand in docs/architecture.md.
 """
 
 from __future__ import annotations

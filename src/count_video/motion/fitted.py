@@ -1,8 +1,6 @@
 """Fit the whole burst, and count what lies between the frames.
 
-A model of the whole burst is fitted to the track for each number of collisions that comes into
-question. What the frames show of the motion on both sides, what single frames caught in the thick
-of it, and the bend of the heavy body's path decide between them; the theory's count does not enter.
+The theory's count does not enter.
 """
 
 from __future__ import annotations

@@ -1,15 +1,9 @@
 """What fits give: the probability of each count, the set-up, and the collisions themselves.
 
-Everything is a mean over all fits that come into question, each with its share, not of one alone.
-The scatter of the restitution from collision to collision is not known, and in long bursts neither
-is the count. Each has its own best mass ratio, from which a single fit's uncertainty knows nothing.
-
-The fits' parameters are the motion at the first collision; what a person set up by hand follows
-from them: the gap, the release (the swing's amplitude before the first collision), the gap between
-the bodies at rest, and the periods of the threads.
-
-Where the burst ends has a probability as well: whether the last collision comes before the heavy
-body's turn, and whether one more follows after the clip's end.
+Everything is a mean over all fits that come into question, each with its share: each has its own
+best mass ratio, of which a single fit's uncertainty knows nothing. Their parameters are the motion
+at the first collision; what a person set up by hand follows from them: the gap, the release (the
+swing's amplitude before that), the gap between the bodies at rest, and the periods of the threads.
 """
 
 from __future__ import annotations

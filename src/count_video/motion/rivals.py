@@ -5,11 +5,8 @@ What is not seen is scanned from there, and from the best count found so far the
 its neighbours. These fits are coarse: what is nearer than a floor is as good, and the restitution
 of rivals is the same at all collisions.
 
-What the best of them leaves unexplained is larger than the noise of single frames and hangs
-together over several: compression, shading and a model that is not the world see to that. Where
-collisions are close, a track's own estimate of its noise is too large. So the noise is that of the
-residuals about the best fit, and larger the more these hang together. Only then are the counts
-weighed, with a scatter of the restitution.
+By what the best of them leaves unexplained the counts are then weighed, with a scatter of the
+restitution: where collisions are close, a track's own estimate of its noise is too large.
 """
 
 from __future__ import annotations

@@ -82,12 +82,10 @@ def shows_motion(track: Track) -> bool:
 def with_errors(track: Track, errors: BodyErrors) -> Track:
     """Enlarge the uncertainties of places until they cover how these scatter about the flights.
 
-    The registration takes the noise of a picture for white. Encoders leave errors that neighbouring
-    pixels share and that last for many frames: whole blocks are moved by quarters of a pixel, or
-    stay where they were until it is worth the bits to move them. Such an error is like motion in
-    every single picture; the law of motion reveals it. To the variance of every place of a body the
-    same is added, never less than nothing. ``errors`` are those of the ball, then of the heavy
-    body; where none are known, third differences do.
+    The registration takes the noise of a picture for white; encoders move whole blocks by quarters
+    of a pixel, which is like motion in every single picture. The law of motion reveals it. To the
+    variance of every place of a body the same is added, never less than nothing. ``errors`` are
+    those of the ball, then of the heavy body; where none are known, third differences do.
     """
     of_ball, of_heavy, *_ = (*errors, None, None)
     heavy = None if track.heavy is None else _with_error(track.heavy, of_heavy)

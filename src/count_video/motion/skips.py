@@ -1,13 +1,7 @@
-r"""Where frames may be left out of a burst: a test of every place, by the fit without any.
+"""Where frames may be left out of a burst: a test of every place, by the fit without any.
 
-With the residuals r of a fit over their standard deviations, its Jacobian J and Hessian H, and the
-velocities c of all places after a frame, a time s that passes unseen after that frame lets the loss
-fall by
-
-    (c' r)^2 / 2 (c' c - c' J H^-1 J' c)     for     s = -c' r / (c' c - c' J H^-1 J' c),
-
-in the first order (Rao's score test). Where that outweighs what is expected of frames left out,
-fits with them there decide, in which the restitution scatters, for which they might be mistaken.
+It is Rao's score test; docs/architecture.md has its formula. Where it outweighs what is expected of
+frames left out, fits with them there decide.
 """
 
 from __future__ import annotations

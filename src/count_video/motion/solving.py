@@ -1,8 +1,7 @@
 """The model's parameters from what was observed, for a given number of collisions.
 
 Least squares with a Cauchy loss (see ``descent``) and exact derivatives; covariance and evidence by
-Laplace's approximation. How much the restitution scatters from collision to collision is not known:
-each scatter is a fit of its own, from the solution of the next larger one.
+Laplace's approximation.
 """
 
 from __future__ import annotations

@@ -12,9 +12,7 @@ repeated the one before, it is the other way round: the frames are even, and the
 steps in one.
 
 *Changes of the rate* by a whole factor, as slow-motion exports leave pictures out in parts of a
-clip. All speeds change at once. No collision does that: the energy of both bodies together is the
-same after it, but for what each restitution takes. So changes of its root are the places in
-question.
+clip: where the energy of both bodies together jumps, as no collision lets it.
 """
 
 from __future__ import annotations
