@@ -90,8 +90,7 @@ def seen_by_time_base(track: Track) -> Timed:
 def _is_sure(by: Timed) -> bool:
     """Whether a changing rate leaves nothing open, and the heavy body keeps to its path."""
     found = by.found
-    fits = found.swing is not None and found.swing.fits
-    return fits and not found.doubts and found.fit_may_settle and resolves(by)
+    return found.path_fits and not found.doubts and found.fit_may_settle and resolves(by)
 
 
 def resolves(by: Timed) -> bool:

@@ -49,13 +49,18 @@ class SeenCollisions:
     outlines_apart_px: float = np.nan
     """Gap between the outlines of ball and heavy body where these touch: about 0 where both were
     learnt rightly; NaN where no collision shows it."""
-    path_fits: bool = False
-    """Whether the heavy body's whole path follows from its swing and the collisions: then both
-    bodies were followed rightly."""
     errors: BodyErrors = (None, None)
     """Of the places of ball and heavy body."""
     probability: dict[int, float] = field(default_factory=dict)
     """Of each count, where impacts are weighed one by one; no burst is fitted then."""
+
+    @property
+    def path_fits(self) -> bool:
+        """Whether the heavy body's path follows from its swing and the collisions of the burst.
+
+        Then both bodies were followed rightly.
+        """
+        return self.swing is not None and self.swing.fits
 
     @property
     def is_whole(self) -> bool:
@@ -112,7 +117,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     burst, shortcomings = find_burst(collisions, gaps)
     inside = collisions[:burst]
     in_clip = tuple(in_frames(collision, pace) for collision in collisions)
-    path, swing = (fit_swing(gaps_of(track), some) for some in (in_clip, in_clip[:burst]))
+    swing = fit_swing(gaps_of(track), in_clip[:burst])
     doubts, not_reached = _without_turns(unresolved(inside, pace), gaps, pace)
     shortcomings = (*not_reached, *shortcomings)
     apart = contacts.distance_px - gaps.near_edge_px
@@ -120,7 +125,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
     elif apart > sum(body.high_edge_px - body.low_edge_px for body in track.bodies):
         doubts = (Reason(Cause.NEVER_TOUCH), *doubts)
-    if path and not path.fits and not doubts:
+    if swing and not swing.fits and not doubts:
         shortcomings = (*shortcomings, Reason(Cause.STRAYS))
     return SeenCollisions(
         collisions=in_clip,
@@ -129,7 +134,6 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         doubts=doubts,
         swing=swing if swing and swing.mass_ratio > 0 else None,
         outlines_apart_px=apart,
-        path_fits=path is not None and path.fits,
         errors=contacts.errors,
     )
 
