@@ -36,17 +36,16 @@ def at_a_stop(track: Track, known: Knowledge, moves_beside: Callable[[float], bo
     if not alone.counts or not (few or turns_on_both_sides(alone)):
         return alone
     moving = next((one.frame for one in alone.collisions if moves_beside(one.frame)), None)
-    if moving is None and not few:
+    if moving is not None:
+        return replace(alone, against=(Reason(Cause.MOVES_BESIDE, (moving,)),))
+    if not few:
         return alone
     stands_still, meets_still = STANDS_STILL
-    if moving is not None:
-        stands_still, meets_still = 1 - stands_still, 1 - meets_still
     partner = PARTNER_UNSEEN * meets_still
     unseen = partner / (partner + (1 - PARTNER_UNSEEN) * stands_still)
     return replace(
         alone,
         probability={number: (1 - unseen) * p for number, p in alone.probability.items()},
-        against=() if moving is None else (Reason(Cause.MOVES_BESIDE, (moving,)),),
         doubts=(*alone.doubts, Reason(Cause.PARTNER_UNSEEN, (unseen,))),
     )
 
