@@ -39,8 +39,6 @@ OUTLINES_SHARE = 0.05
 learnt rightly meet to a hundredth."""
 SWINGS_BACK = 0.25
 """A body swings back to what it left in no less than this share of a period."""
-PATH_SIGMAS = 4.0
-"""The heavy body's path shows its collisions if they exceed their uncertainty by this factor."""
 Scene = Literal["wall", "bodies", "stop"]
 """Ball and cylinder at a wall, two bodies without one, or one body at a stop."""
 
@@ -87,8 +85,7 @@ class Explanation:
         Scenery that is taken for a body drifts along without any.
         """
         swing = self.found.swing if self.found is not None else None
-        shows = swing is not None and PATH_SIGMAS * swing.mass_ratio_relative_sigma < 1
-        return shows and self.path_fits
+        return swing is not None and swing.is_clear and self.path_fits
 
     @property
     def outlines_apart(self) -> bool:

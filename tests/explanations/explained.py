@@ -42,9 +42,7 @@ def at_a_wall(*, path_shows: bool, counts: bool = False) -> Explanation:
     """A trial at a wall, counted or not; its heavy body's path fits its collisions or not."""
     kinds: list[CollisionKind] = ["bodies", "wall", "bodies", "wall"]
     shown = tuple(collision(number, kind) for number, kind in enumerate(kinds, 1))
-    found: Any = SimpleNamespace(
-        path_fits=path_shows, swing=SimpleNamespace(mass_ratio_relative_sigma=0.01)
-    )
+    found: Any = SimpleNamespace(path_fits=path_shows, swing=SimpleNamespace(is_clear=True))
     against = () if counts else (Reason(Cause.STRAYS),)
     seen = track(wall_seen=True)
     return Explanation(seen, "wall", shown, len(shown), {len(shown): 1.0}, against, found=found)

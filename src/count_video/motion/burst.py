@@ -26,7 +26,7 @@ REST_SIGMAS = 1.5
 """... so that it has half the approach speed at least. A speed that is 0 lies so many standard
 uncertainties from that: a likelihood ratio of 3 for rest; and one clip of thirty, at most, begins
 that late."""
-SIGMAS = 4.0
+CLEAR_VELOCITY_SIGMAS = 4.0
 """A velocity or a change of it counts from this many standard uncertainties on."""
 TURN_SIGMAS = 12.0
 """The heavy body has turned round when it came back by so many standard deviations."""
@@ -67,7 +67,10 @@ def turn_round(gaps: Gaps, collisions: Sequence[Collision]) -> float:
     back = frame[(away > away[turns[0]] + depth) & (frame > turn)].min(initial=np.inf)
     for one in collisions:
         leaves = gaps.sign * one.velocity_before.heavy_px_frame
-        if one.frame < back and leaves > SIGMAS * one.velocity_before.heavy_sigma_px_frame:
+        if (
+            one.frame < back
+            and leaves > CLEAR_VELOCITY_SIGMAS * one.velocity_before.heavy_sigma_px_frame
+        ):
             turn = max(turn, one.frame)
     return turn
 
@@ -82,7 +85,7 @@ def _beginning(inside: Sequence[Collision]) -> Cause | None:
     speed, sigma = abs(before.ball_px_frame), before.ball_sigma_px_frame
     approach = abs(before.heavy_px_frame - before.ball_px_frame)
     approach = approach if np.isfinite(approach) else np.inf
-    if speed - SIGMAS * sigma > AT_REST_SHARE * approach:
+    if speed - CLEAR_VELOCITY_SIGMAS * sigma > AT_REST_SHARE * approach:
         return Cause.STARTS_LATE
     too_slow = max(approach / 2 - speed, 0.0)
     at_rest = too_slow**2 - speed**2 > (REST_SIGMAS * sigma) ** 2
@@ -98,6 +101,8 @@ def _may_go_on(inside: Sequence[Collision], sign: int) -> bool:
     seen = [one for one in inside if np.isfinite(one.velocity_after.heavy_px_frame)]
     after, parted = inside[-1].velocity_after, (seen or inside)[-1].velocity_after
     ball, heavy = sign * after.ball_px_frame, sign * parted.heavy_px_frame
-    unsure = SIGMAS * np.array([after.ball_sigma_px_frame, parted.heavy_sigma_px_frame])
+    unsure = CLEAR_VELOCITY_SIGMAS * np.array(
+        [after.ball_sigma_px_frame, parted.heavy_sigma_px_frame]
+    )
     leave = ball >= -unsure[0] and heavy >= -unsure[1]
     return not (leave and heavy - ball >= -np.hypot(*unsure))

@@ -68,7 +68,7 @@ def rough_values(observed: Observations, found: SeenCollisions, known: Knowledge
     values[Column.SWING] = np.log(rate)
     values[Column.LIGHTNESS] = lightness
     swing = found.swing
-    if found.is_whole and swing is not None and RATIO_SIGMAS * swing.mass_ratio_relative_sigma < 1:
+    if found.is_whole and swing is not None and swing.is_clear:
         values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
     return values
 
@@ -134,8 +134,6 @@ def _swinging(
     return best[1:]
 
 
-RATIO_SIGMAS = 4.0
-"""The heavy body's path must give the mass ratio this clearly to begin with it."""
 LIGHTNESS_SPAN = (-0.35, 1.1)
 """The scan reaches so far from the rough value, in its logarithm: losses let the heavy body come
 nearer, so that the ball seems lighter than it is. In long bursts it comes so near that the rough

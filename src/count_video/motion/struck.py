@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from count_video.motion.beginnings import struck_at_rest
+from count_video.motion.burst import CLEAR_VELOCITY_SIGMAS
 from count_video.motion.contacts import Kind, fit_contacts
 from count_video.motion.flight import motion_of
 from count_video.motion.gaps import CLEAR_SIGMAS
@@ -23,9 +24,6 @@ from count_video.motion.time_base import frames_per_picture, in_frames, in_pictu
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track, WallSide
 from count_video.signals import NOISE_AT_LEAST_PX
-
-CLEAR_VELOCITY_SIGMAS = 4.0
-"""A velocity has a direction from so many standard uncertainties on."""
 
 
 def struck_ball(track: Track) -> tuple[Track, SeenCollisions] | None:

@@ -35,6 +35,8 @@ REST_SIGMAS = 3.0
 MOVES_AT_LEAST_PX = 2.0
 """What moves less all along is scenery. The heavy body comes and goes by more than the ball hangs
 from it, which is more than two bodies can be distinguished by."""
+CLEAR_SIGMAS = 4.0
+"""The steps of the velocity show if they exceed their uncertainty by this factor."""
 CORRELATED_FRAMES = 10
 """What is left over is not white (reflections creep over polished brass): so many neighbouring
 frames count as one."""
@@ -59,6 +61,11 @@ class Swing:
     fits: bool
     """Whether the body moves as one that swings and collides so. If it does not, a body was
     mistaken for another or for scenery, or collisions are missing."""
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether the steps of its velocity show clearly, and so the mass ratio."""
+        return CLEAR_SIGMAS * self.mass_ratio_relative_sigma < 1
 
 
 def fit_swing(

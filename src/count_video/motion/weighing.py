@@ -14,6 +14,7 @@ from itertools import pairwise, takewhile
 import numpy as np
 
 from count_video.motion.beginnings import Unseen, inferred, struck_at_rest
+from count_video.motion.burst import CLEAR_VELOCITY_SIGMAS
 from count_video.motion.corners import CERTAIN_LOG_ODDS, Impact
 from count_video.motion.flight import (
     HYSTERESIS_SIGMAS,
@@ -38,9 +39,9 @@ CERTAIN_PICTURES = 4
 """One impact at least shows itself by so many pictures on either side, as certain as can be."""
 CHANCE_AT_LEAST = 0.005
 """Less probable counts, and less probable impacts, are left out."""
-GAIN_FACTOR, GAIN_SIGMAS = 1.1, 4.0
+GAIN_FACTOR = 1.1
 """No stop at rest gives a body a higher speed than it had; an oblique view and a lens change a
-speed by less than a tenth from one flight to the next. It is clear from so many sigmas on."""
+speed by less than a tenth from one flight to the next."""
 TAIL_PICTURES = 4.0
 """A flight shorter than this holds too few pictures clear of its ends to show its impacts."""
 FLIGHTS_AT_LEAST = 3
@@ -142,7 +143,7 @@ def _gains(collisions: Sequence[Collision]) -> tuple[Reason, ...]:
         before, after = one.velocity_before, one.velocity_after
         speed = abs(before.ball_px_frame), abs(after.ball_px_frame)
         sigma = float(np.hypot(before.ball_sigma_px_frame, after.ball_sigma_px_frame))
-        if one.kind == "wall" and speed[1] - GAIN_FACTOR * speed[0] > GAIN_SIGMAS * sigma:
+        if one.kind == "wall" and speed[1] - GAIN_FACTOR * speed[0] > CLEAR_VELOCITY_SIGMAS * sigma:
             return (Reason(Cause.STRUCK_MOVING, (one.frame,)),)
     return ()
 
