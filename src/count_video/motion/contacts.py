@@ -113,10 +113,7 @@ def _bodies(
     found = []
     for number, place in enumerate(places):
         jumps = np.array([number == 0 or kind == "bodies" for kind in kinds], dtype=bool)
-        # Of one body alone hands and rest, before the first contact and after the last, are no
-        # flights; two bodies swing before and after.
-        alone = len(places) == 1
-        errors = errors_about(frame, place, times[jumps].tolist(), touching, inside=alone)
+        errors = errors_about(frame, place, times[jumps].tolist(), touching)
         sigma = max(sigma_of(place), errors.sigma_px if errors else 0.0)
         others = np.array([] if number else ends, dtype=np.float64)
         found.append(Body(motion_of(frame, place), errors, sigma, jumps, others))

@@ -171,9 +171,12 @@ def _without_shared(products: Floats) -> tuple[Floats, Floats, int]:
 
 
 def errors_about(
-    frame: Floats, signal: Floats, contacts: Sequence[float], touching: float, *, inside: bool
+    frame: Floats, signal: Floats, contacts: Sequence[float], touching: float
 ) -> Errors | None:
     """Measure the errors of a body's places about its flights next to some contacts.
+
+    Hands and rest, before the first one and after the last, are no flights: only what lies between
+    is one, if that says enough.
 
     Parameters
     ----------
@@ -183,8 +186,6 @@ def errors_about(
         Frame coordinates of its contacts, increasing.
     touching
         Frames on either side of a contact that may show it.
-    inside
-        Whether only what lies between contacts is a flight, if that says enough.
     """
     if not contacts or not np.isfinite(signal).any():
         return None
@@ -196,8 +197,7 @@ def errors_about(
         pieces = np.linspace(*ends, 1 + max(1, int(np.ceil((ends[1] - ends[0]) / WINDOW_FRAMES))))
         inner = [(frame > since) & (frame <= until) for since, until in pairwise(pieces)]
         flights.append([flight_of(frame[rows], signal[rows] - middle) for rows in inner])
-    errors = errors_of(_enough(chain(*flights[1:-1]))) if inside else None
-    return errors or errors_of(_enough(chain(*flights)))
+    return errors_of(_enough(chain(*flights[1:-1]))) or errors_of(_enough(chain(*flights)))
 
 
 def _enough(flights: Iterable[Flight | None]) -> list[Flight]:
