@@ -83,7 +83,8 @@ def seen_by_time_base(track: Track) -> Timed:
     least = np.log(FACTOR_AT_LEAST) * np.sqrt(2 / max(found.burst, 2))
     if found.path_fits and found.is_whole and scatter_of(found) < least:
         return steady
-    changing = likeliest_change(track, steady)
+    # What the pictures are too rare for by even times they are too rare for by any.
+    changing = likeliest_change(track, steady) if resolves(steady) else None
     return changing if changing and _is_sure(changing) else steady
 
 
