@@ -8,6 +8,8 @@ from free_paths import alone, bouncing, noisy
 
 from count_video.alone import of_one
 from count_video.motion.fitted import NOTHING_KNOWN
+from count_video.motion.flight import motion_of
+from count_video.motion.impacts import find_impacts
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.parameters import Knowledge
 from count_video.reasons import Cause
@@ -123,3 +125,15 @@ def test_what_no_picture_shows_is_not_counted_where_only_seen_impacts_are_asked_
     assert not all(one.seen for one in counted.collisions)
     assert all(one.seen for one in asked.collisions)
     assert not asked.counts  # that these are all is not probable
+
+
+@pytest.mark.parametrize("after", [0.5, 1.5, 2.5, 3.5])
+def test_an_impact_where_pictures_are_rare_lies_in_whichever_step_it_does(after: float) -> None:
+    every = 4.0
+    frame = every * np.arange(-12, 13)
+    closing = np.abs(frame - after) + noisy(np.zeros(len(frame)), 0.05)
+
+    impacts, _ = find_impacts(motion_of(frame, closing))
+
+    assert [one.likely for one in impacts] == [True]
+    assert impacts[0].frame == pytest.approx(after, abs=TIMES_WITHIN)

@@ -66,14 +66,12 @@ def find_turns(motion: Motion, depth_sigmas: float = HYSTERESIS_SIGMAS) -> list[
 
 def _turn(motion: Motion, row: int, side: int) -> Turn:
     """Turn at a row, or in the middle of the pictures next to it that do not show the body."""
-    seen = motion.frame[motion.moving]
-    at = int(np.searchsorted(seen, motion.frame[row]))
-    around = seen[max(at - 1, 0) : at + 2]
-    longest = int(np.argmax(np.diff(around)))
-    unseen = float(np.diff(around)[longest]) - 1.0
-    if unseen < 1.0:
-        return Turn(side, float(motion.frame[row]), 0.0)
-    return Turn(side, float(around[longest : longest + 2].mean()), unseen)
+    frame, seen = float(motion.frame[row]), motion.frame[motion.moving]
+    at = int(np.searchsorted(seen, frame))
+    before, after = float(seen[max(at - 1, 0)]), float(seen[min(at + 1, len(seen) - 1)])
+    # Where pictures on both sides do not show it, it may turn on either.
+    first, last = (end if abs(end - frame) >= 2.0 else frame for end in (before, after))
+    return Turn(side, (first + last) / 2, max(last - first - 1.0, 0.0))
 
 
 def usual_flight(turns: Sequence[Turn], motion: Motion) -> float:
