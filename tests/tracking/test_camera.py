@@ -36,6 +36,8 @@ SEEN_SHARE = 0.9
 DRIFT_PX, HIDDEN_SHARE = 3.5, 0.15
 """A part that is hidden in this share of the pictures lies in the median by half of it times the
 drift, 0.5 px, beside the rest."""
+CLEAR_SIGMAS = 4.0
+"""No normal error of some dozen is larger."""
 FAINT_SHARE = 0.3
 """Of the backdrop's usual contrast."""
 SWEPT: list[Box] = [(40.0, 30.0, 270.0, 80.0)]
@@ -258,6 +260,23 @@ def test_pictures_that_lose_the_edges_along_the_motion_keep_their_place_across(
     assert motion is not None
     assert np.isfinite(motion.shift_px[:, 0]).all()
     assert float(np.std(errors(motion, shifts)[:, 0])) <= 2 * SHIFT_PX
+
+
+def test_pictures_that_hide_most_of_the_scenery_keep_their_place_less_surely(
+    still: list[Luma],
+) -> None:
+    shifts, few, hidden = shake(), FRAMES // 8, 192
+    pictures = shaken(still, shifts)
+    for number, one in enumerate(pictures[:few]):
+        one[:, :hidden] = background((112, 320), seed=number)[:, :hidden]
+
+    motion = measured(pictures, shifts, SWEPT)
+
+    assert motion is not None
+    assert np.isfinite(motion.shift_px).all()
+    sigma_px = motion.sigma_px[:, 0]
+    assert np.median(sigma_px[:few]) > 1.5 * np.median(sigma_px[few:])
+    assert (np.abs(errors(motion, shifts)[:few, 0]) < CLEAR_SIGMAS * sigma_px[:few]).all()
 
 
 def test_a_drift_is_followed_by_scenery_of_which_some_pictures_hide_a_part() -> None:

@@ -39,16 +39,16 @@ times that a block of scenery changes at most in this share of the pictures. The
 that comes and goes are larger, as it fills a block."""
 AROUND_PX = (0.0, 0.0), (3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)
 """Scenery that a tremble moves further than the steps lead is sought so far around."""
-UNSURE_FACTOR, AGREEMENT_AT_LEAST, SEEN_AT_LEAST = 4.0, 0.5, 0.5
-"""A picture that is so many times as unsure as usual, or agrees so little, shows something else;
-this share does not."""
+AGREEMENT_AT_LEAST, SEEN_AT_LEAST = 0.5, 0.5
+"""A picture that agrees so little shows something else; this share does not."""
 SIGMA_AT_MOST_PX = 0.15
 """A rigid scene is found to some hundredths of a pixel, to a tenth where it is faint. Halves of
 what is none, or shows one direction only, lie half a pixel apart and more."""
 NORMAL_QUANTILE = 1.2816
 """Of the distance from the mean in standard deviations, for ``CHANGED_SHARE``."""
 MOVED_AT_LEAST_PX, MOVED_SIGMAS = 0.35, 8.0
-"""Compression moves still scenery by up to 0.2 px."""
+"""Compression moves still scenery by up to 0.2 px. A place less sure than the least motion is none.
+"""
 
 
 @dataclass(frozen=True)
@@ -122,15 +122,16 @@ def camera_motion(parts: Scenery | None, pictures: Lumas, roughly_px: Floats) ->
     if not np.isfinite(place).any():
         return None
     # By x and y apart: edges along one of them may be lost where those along the other are not.
-    place[unsure > UNSURE_FACTOR * np.nanmedian(unsure, axis=0)] = np.nan
+    sigma = parts.sigma_px * np.maximum(unsure / np.nanmedian(unsure, axis=0), 1.0)
     place -= np.nanmedian(place, axis=0)
+    place[~(sigma < MOVED_AT_LEAST_PX)] = np.nan
     known = np.isfinite(place)
     seen = known.mean(axis=0) >= SEEN_AT_LEAST
     moves = seen & _moves(place, parts.sigma_px)
     if not moves.any():
         return None
     # A direction in which it stands is often one in which the scenery shows little.
-    sigma = np.where(known, parts.sigma_px, np.nan)
+    sigma = np.where(known, sigma, np.nan)
     return Motion(np.where(moves, place, 0.0), np.where(moves, sigma, 0.0))
 
 
