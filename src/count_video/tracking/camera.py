@@ -40,7 +40,7 @@ that comes and goes are larger, as it fills a block."""
 AROUND_PX = (0.0, 0.0), (3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)
 """Scenery that a tremble moves further than the steps lead is sought so far around."""
 AGREEMENT_AT_LEAST, SEEN_AT_LEAST = 0.5, 0.5
-"""A picture that agrees so little shows something else; this share does not."""
+"""A picture that agrees less shows something else; at least this share of all shows the scenery."""
 SIGMA_AT_MOST_PX = 0.15
 """A rigid scene is found to some hundredths of a pixel, to a tenth where it is faint. Halves of
 what is none, or shows one direction only, lie half a pixel apart and more."""
