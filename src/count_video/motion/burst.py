@@ -66,11 +66,9 @@ def turn_round(gaps: Gaps, collisions: Sequence[Collision]) -> float:
     turn = float(frame[turns[0]])
     back = frame[(away > away[turns[0]] + depth) & (frame > turn)].min(initial=np.inf)
     for one in collisions:
-        leaves = gaps.sign * one.velocity_before.heavy_px_frame
-        if (
-            one.frame < back
-            and leaves > CLEAR_VELOCITY_SIGMAS * one.velocity_before.heavy_sigma_px_frame
-        ):
+        before = one.velocity_before
+        leaves = gaps.sign * before.heavy_px_frame
+        if one.frame < back and leaves > CLEAR_VELOCITY_SIGMAS * before.heavy_sigma_px_frame:
             turn = max(turn, one.frame)
     return turn
 
@@ -101,8 +99,7 @@ def _may_go_on(inside: Sequence[Collision], sign: int) -> bool:
     seen = [one for one in inside if np.isfinite(one.velocity_after.heavy_px_frame)]
     after, parted = inside[-1].velocity_after, (seen or inside)[-1].velocity_after
     ball, heavy = sign * after.ball_px_frame, sign * parted.heavy_px_frame
-    unsure = CLEAR_VELOCITY_SIGMAS * np.array(
-        [after.ball_sigma_px_frame, parted.heavy_sigma_px_frame]
-    )
+    sigmas = np.array([after.ball_sigma_px_frame, parted.heavy_sigma_px_frame])
+    unsure = CLEAR_VELOCITY_SIGMAS * sigmas
     leave = ball >= -unsure[0] and heavy >= -unsure[1]
     return not (leave and heavy - ball >= -np.hypot(*unsure))

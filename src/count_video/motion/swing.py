@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from count_video.motion.burst import CLEAR_VELOCITY_SIGMAS
 from count_video.motion.gaps import Gaps
 from count_video.records import Collision, Floats
 from count_video.signals import integral, sigma_of
@@ -35,8 +36,6 @@ REST_SIGMAS = 3.0
 MOVES_AT_LEAST_PX = 2.0
 """What moves less all along is scenery. The heavy body comes and goes by more than the ball hangs
 from it, which is more than two bodies can be distinguished by."""
-CLEAR_SIGMAS = 4.0
-"""The steps of the velocity show if they exceed their uncertainty by this factor."""
 CORRELATED_FRAMES = 10
 """What is left over is not white (reflections creep over polished brass): so many neighbouring
 frames count as one."""
@@ -65,7 +64,7 @@ class Swing:
     @property
     def is_clear(self) -> bool:
         """Whether the steps of its velocity show clearly, and so the mass ratio."""
-        return CLEAR_SIGMAS * self.mass_ratio_relative_sigma < 1
+        return CLEAR_VELOCITY_SIGMAS * self.mass_ratio_relative_sigma < 1
 
 
 def fit_swing(
