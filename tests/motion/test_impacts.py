@@ -299,12 +299,24 @@ def test_bodies_that_turn_without_touching_do_not_collide() -> None:
 
 
 @pytest.mark.parametrize(("before", "after"), [(40, 8), (8, 40)])
-def test_two_bodies_cut_off_next_to_each_other_are_not_counted(before: int, after: int) -> None:
-    left, right, _ = two_that_meet(before, after)
+def test_a_clip_may_begin_or_end_next_to_the_only_contact(before: int, after: int) -> None:
+    left, right, contact = two_that_meet(before, after)
 
     found = seen_impacts(pair(noisy(left, NOISE_PX), noisy(right, NOISE_PX, 1)))
 
-    assert not counts(found)
+    assert counts(found)
+    (collision,) = found.collisions
+    assert collision.frame == pytest.approx(contact, abs=4 * collision.frame_sigma)
+
+
+@pytest.mark.parametrize(("step", "cause"), [(1, "STARTS_TOGETHER"), (-1, "ENDS_TOGETHER")])
+def test_bodies_that_part_as_the_clip_begins_have_met_before(step: int, cause: str) -> None:
+    # Two swings meet every 50 frames: 2 frames before the clip begins, and once in it.
+    gap = 80.0 * np.abs(np.sin(np.pi * np.arange(2, 78) / 50))[::step]
+
+    found = seen_impacts(pair(noisy(-gap / 2, NOISE_PX), noisy(SIZE_PX + gap / 2, NOISE_PX, 1)))
+
+    assert [reason.cause.name for reason in found.shortcomings] == [cause]
 
 
 def test_two_bodies_of_which_one_bounces_off_a_wall_are_not_counted() -> None:

@@ -28,9 +28,10 @@ LENGTH_FACTOR, MASS_FACTOR = 1.35, 1.6
 """Two bodies are of a kind if neither is longer, or heavier, than the other by such a factor."""
 CLEAR_LOG_ODDS = 5.0
 """Of an impact of one body on something else than the other: what noise does not make."""
-NEAR_SHARE = 0.3
+NEAR_SHARE, END_PICTURES = 0.3, 3
 """Two bodies touch where their outlines are this near, as a share of the smaller one's size. They
-part if at one end of the clip they are farther apart than at the other by more than this share."""
+part as a clip begins if so many pictures there show a gap that is less than this share of what it
+grows to before they meet."""
 
 
 def seen_impacts(track: Track) -> SeenCollisions:
@@ -124,9 +125,10 @@ def _against_two(
     track: Track, heavy: BodyTrack, frames: Sequence[float], collisions: Sequence[Collision]
 ) -> tuple[Reason, ...]:
     """Say what stands against two bodies that meet each other alone."""
+    gap_px = heavy.position_px - track.ball.position_px - track.ball.high_edge_px
     causes = (
         Cause.MEETS_OTHERS if _meet_others(frames, track, heavy) else None,
-        _cut_off(heavy.position_px - track.ball.position_px - track.ball.high_edge_px),
+        _cut_off(track.frame, gap_px, frames),
         Cause.UNLIKE if _unlike(collisions, track, heavy) else None,
     )
     return tuple(Reason(cause) for cause in causes if cause is not None)
@@ -161,15 +163,19 @@ def _meet_others(frames: Sequence[float], track: Track, heavy: BodyTrack) -> boo
     )
 
 
-def _cut_off(gap_px: Floats) -> Cause | None:
-    """Say if the clip begins or ends when the bodies are near each other: more may lie beyond.
+def _cut_off(frames: Floats, gap_px: Floats, impacts: Sequence[float]) -> Cause | None:
+    """Say if the bodies part as the clip begins, or near each other as it ends: more lie beyond.
 
+    What happens before the first impact in order of time happens after the last one in the other.
     Where no picture shows the gap one of them comes into the picture, or leaves it.
     """
-    parts = gap_px[:3], gap_px[-3:]
-    if any(np.isnan(part).all() for part in parts):
+    before, after = gap_px[frames < min(impacts)], gap_px[frames > max(impacts)][::-1]
+    if any(np.isnan(gap[:END_PICTURES]).all() for gap in (before, after)):
         return None
-    first, last = (float(np.nanmedian(part)) for part in parts)
-    if last < NEAR_SHARE * first:
+    starts, ends = (
+        float(np.nanmedian(gap[:END_PICTURES])) < NEAR_SHARE * float(np.nanmax(gap))
+        for gap in (before, after)
+    )
+    if ends:
         return Cause.ENDS_TOGETHER
-    return Cause.STARTS_TOGETHER if first < NEAR_SHARE * last else None
+    return Cause.STARTS_TOGETHER if starts else None
