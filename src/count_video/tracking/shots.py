@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import cv2
 import numpy as np
 
 from count_video.records import Luma
 from count_video.signals import correlation
+from count_video.video.pictures import reduced
 
-BLOCKS = 32, 18
-"""Blocks of a picture, side by side and one upon the other."""
+BLOCK_PX = 8
+"""Side of a block of a thumbnail."""
 BESIDE = 5
 """So many pictures before a place are compared with as many after it."""
 ALIKE_AT_LEAST = 0.75
@@ -36,8 +36,7 @@ class Shots:
 
     def add(self, thumbnail: Luma) -> None:
         """Take the next picture."""
-        coarse = cv2.resize(thumbnail, BLOCKS, interpolation=cv2.INTER_AREA)
-        self._coarse.append(np.asarray(coarse, np.uint8))
+        self._coarse.append(reduced(thumbnail, BLOCK_PX))
 
     def longest(self) -> range:
         """Rows of the longest shot: of all pictures where no cut is seen."""
@@ -47,8 +46,10 @@ class Shots:
 
     def _cuts(self) -> list[int]:
         """Rows of the first pictures after cuts."""
-        every = np.ones(BLOCKS[0] * BLOCKS[1], np.float32)
-        levels = np.array(self._coarse, np.float32).reshape(-1, every.size)
+        if not self._coarse:
+            return []
+        levels = np.array(self._coarse, np.float32).reshape(len(self._coarse), -1)
+        every = np.ones(levels.shape[1:], np.float32)
         steps = np.sqrt(np.mean(np.diff(levels, axis=0) ** 2, axis=1))
         cuts = [0]
         for row in (1 + np.flatnonzero(steps > CHANGE_LEVELS)).tolist():

@@ -93,9 +93,24 @@ def scale_to(width_px: int, at_most_px: int = THUMBNAIL_PX) -> int:
 
 def reduced(picture: NDArray[Depth], scale: int) -> NDArray[Depth]:
     """Reduce a picture so that one px holds ``scale`` of its; what is left at the end is cut."""
-    if scale == 1:
-        return picture
     height, width = (max(1, size // scale) for size in picture.shape)
-    whole = picture[: height * scale, : width * scale]
-    small = cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
+    small = picture[: height * scale, : width * scale]
+    while scale > 1:
+        step = next(step for step in (2, 3, 5, scale) if scale % step == 0)
+        small = _means(small, step)
+        scale //= step
+    return small
+
+
+def _means(picture: NDArray[Depth], step: int) -> NDArray[Depth]:
+    """Take means of ``step`` x ``step`` px; both sides are multiples of it.
+
+    OpenCV reduces to half very fast, but not otherwise: there a moving mean of 3 or 5 px, of which
+    most is thrown away, takes half the time.
+    """
+    if step in (3, 5):
+        centres, means = slice(step // 2, None, step), cv2.blur(picture, (step, step))
+        return np.ascontiguousarray(means[centres, centres], picture.dtype)
+    size = picture.shape[1] // step, picture.shape[0] // step
+    small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
     return np.asarray(small, picture.dtype)
