@@ -39,9 +39,15 @@ def test_masses_that_the_motion_bears_out_make_the_count_surer() -> None:
 
 
 @pytest.mark.parametrize("given", [RATIO, None])
-def test_what_the_places_show_does_not_know_what_was_given(given: float | None) -> None:
+def test_the_fit_has_the_ratio_of_the_trial(given: float | None) -> None:
     shown = fitted(given).mass_ratio
     assert abs(shown.value - RATIO) < SIGMAS * shown.sigma
+
+
+@pytest.mark.parametrize("given", [0.97 * RATIO, 1.03 * RATIO])
+def test_masses_that_hinder_the_fit_do_not_hide_what_the_places_show(given: float) -> None:
+    shown = fitted(given).mass_ratio
+    assert not Knowledge(FPS, given).contradicts(shown)
     assert shown == fitted(None).mass_ratio
 
 

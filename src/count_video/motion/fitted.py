@@ -26,6 +26,7 @@ from count_video.motion.posterior import (
 from count_video.motion.rivals import (
     FIRST_COLLISIONS,
     MOST_RIVALS,
+    PAIR,
     UNLIKELY,
     Rivals,
     weigh,
@@ -39,6 +40,8 @@ from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20
+HINDERED_SIGMAS = 2.0
+"""Masses that are given are doubted from so many standard deviations on."""
 MISFIT_SIGMAS = 4.0
 """The model does not describe a track from which it strays, as a root mean square, by so many times
 as much as places stray from single flights: of 1100 clips that were counted rightly none strays by
@@ -67,7 +70,7 @@ class Between:
     collisions: tuple[Collision, ...]
     """The burst."""
     mass_ratio: Estimate
-    """By the places alone, whatever masses are given."""
+    """By the places, and by masses that are given, but for those that hinder the fit."""
     restitution_bodies: Estimate
     restitution_wall: Estimate
     energy_kept: tuple[float, ...]
@@ -96,8 +99,8 @@ def fit_burst(
 ) -> Between | Reason:
     """Fit the model to a track and count the collisions of its burst.
 
-    Masses that the motion contradicts are left out of account where collisions are inferred: the
-    motion alone, fitted without them, shows whether it does, and its own ratio.
+    Masses that the motion contradicts are left out of account where collisions are inferred. If
+    they hinder the fit, one without them shows whether it does, and its own ratio.
 
     Parameters
     ----------
@@ -112,10 +115,12 @@ def fit_burst(
     before = int(np.isfinite(observed.ball_px[observed.frame < -1]).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Reason(Cause.MODEL_LACKS_FRAMES)
-    fit = _fitted(observed, track, found, known)
-    if known.mass_ratio is None:
+    searched = _searched(observed, found, known)
+    fit = _weighed(searched, track, found, known)
+    if known.mass_ratio is None or not (isinstance(fit, Reason) or _is_hindered(searched)):
         return fit
-    free = _fitted(observed, track, found, replace(known, mass_ratio=None))
+    without = replace(known, mass_ratio=None)
+    free = _weighed(_searched(observed, found, without), track, found, without)
     if isinstance(fit, Reason):
         return free
     if isinstance(free, Reason):
@@ -126,19 +131,34 @@ def fit_burst(
     return free if wrong and inferred else replace(fit, mass_ratio=free.mass_ratio)
 
 
-def _fitted(
-    observed: Observations,
-    track: Track,
-    found: SeenCollisions,
-    known: Knowledge,
-) -> Between | Reason:
-    """Fit every count that comes into question, with frames left out where that is likelier."""
+def _searched(observed: Observations, found: SeenCollisions, known: Knowledge) -> Rivals:
+    """Search for the counts that come into question, and fit them coarsely."""
     rough = rough_values(observed, found, known)
     coarse = Rivals(observed, prior_of(rough, known, shows_heavy=observed.shows_heavy))
     values, calm = _begun(coarse, rough, found)
     if not coarse.fits or not _is_near(coarse.best):
         coarse.scan(values)
     coarse.climb(calm)
+    return coarse
+
+
+def _is_hindered(coarse: Rivals) -> bool:
+    """Whether masses that are given hinder the fits: without them, they are better than by noise.
+
+    Tried are the best and those of a pair more and less.
+    """
+    best, prior = coarse.best, coarse.prior.with_value(Column.LIGHTNESS, 0.0, np.inf)
+    free = Rivals(coarse.observed, prior)
+    for count in (best.count, best.count - PAIR, best.count + PAIR):
+        if 0 < count <= MOST_COLLISIONS:
+            free.add(count, coarse.fits.get(count, best).values)
+    return best.loss - free.best.loss > 0.5 * HINDERED_SIGMAS**2
+
+
+def _weighed(
+    coarse: Rivals, track: Track, found: SeenCollisions, known: Knowledge
+) -> Between | Reason:
+    """Fit every count that comes into question finely, with frames left out if that is likelier."""
     beyond = _beyond_reach(coarse.best, known)
     if beyond is not None:
         return beyond
