@@ -16,7 +16,7 @@ from numbered_frames import numbered, write_numbered
 
 from count_video.errors import FootageError, MachineError
 from count_video.video import decoding
-from count_video.video.decoding import Tally, decode, packets_of
+from count_video.video.decoding import Reading
 from count_video.video.reader import open_footage
 
 
@@ -163,12 +163,14 @@ def test_what_follows_the_end_of_a_stream_is_not_asked_for() -> None:
             yield av.Packet()
             raise IndexError("list index out of range")
 
-    packets = packets_of(Damaged(), None)  # type: ignore[arg-type]
-    assert [bytes(packet) for packet in packets] == [b"a picture"]
+    reading = Reading(Damaged(), Reluctant(0))  # type: ignore[arg-type]
+    assert [bytes(packet) for packet in reading.packets()] == [b"a picture"]
 
 
 class Reluctant:
     """A decoder that gives pictures until it is asked once more than that."""
+
+    time_base = None
 
     def __init__(self, pictures: int) -> None:
         self.pictures = pictures
@@ -187,7 +189,7 @@ class Packets:
 
 def test_a_decoder_that_gets_no_threads_is_no_damaged_clip() -> None:
     with pytest.raises(MachineError, match="no more threads"):
-        list(decode(Packets(), Reluctant(0), Tally()))  # type: ignore[arg-type]
+        list(Reading(Packets(), Reluctant(0)).pictures)  # type: ignore[arg-type]
 
 
 def test_packets_refused_for_want_of_memory_are_no_damage(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -196,11 +198,11 @@ def test_packets_refused_for_want_of_memory_are_no_damage(monkeypatch: pytest.Mo
 
     monkeypatch.setattr(decoding, "check_memory", find_no_memory)
     with pytest.raises(MemoryError):
-        list(decode(Packets(), Reluctant(3), Tally()))  # type: ignore[arg-type]
+        list(Reading(Packets(), Reluctant(3)).pictures)  # type: ignore[arg-type]
 
 
 def test_a_decoder_that_stops_later_was_opened_and_met_damage() -> None:
-    tally = Tally()
-    assert len(list(decode(Packets(), Reluctant(3), tally))) == 3  # type: ignore[arg-type]
+    reading = Reading(Packets(), Reluctant(3))  # type: ignore[arg-type]
+    assert len(list(reading.pictures)) == 3
     # Two packets and the decoder's last pictures.
-    assert (tally.pictures, tally.refused) == (3, [3, 3, 3])
+    assert (reading.tally.pictures, reading.tally.refused) == (3, [3, 3, 3])

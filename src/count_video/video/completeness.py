@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import av
 import av.error
 
-from count_video.video.decoding import Reading, Tally, packets_of
-from count_video.video.opening import choose_stream, open_container
+from count_video.video.decoding import Reading, Tally, read
 
 GAP_SHARE = 5.0
 """Steps so many times the usual one come of no variable rate: phones stay below 4."""
@@ -134,15 +134,12 @@ def _stated_end_s(reading: Reading) -> tuple[float, float]:
 
 def _packets_shown(path: Path) -> int:
     """Count the packets that should give a picture."""
-    with open_container(path) as container:
-        stream = choose_stream(path, container)
+    number = 0
+    with closing(read(path)) as again:
         # RFC 6386, section 9.1: bit 4 of a frame's first byte says whether VP8 shows it.
-        is_vp8 = stream.codec_context.name == "vp8"
-        number = 0
-        try:
-            for packet in packets_of(container, stream):
+        is_vp8 = again.stream.codec_context.name == "vp8"
+        with suppress(av.error.FFmpegError):  # counting meets the same error, and reports it
+            for packet in again.packets():
                 if not packet.is_discard:
                     number += not is_vp8 or bool(bytes(packet)[0] >> 4 & 1)
-        except av.error.FFmpegError:
-            pass  # reading to the end meets the same error, and reports it
     return number

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -91,24 +91,89 @@ class Tally:
 class Reading:
     """One pass through a file: the open container, its film, the pictures and their tally."""
 
-    def __init__(self, path: Path) -> None:
-        threads = _threads_allowed()
-        self.container = open_container(path)
+    def __init__(self, container: InputContainer, stream: av.VideoStream) -> None:
+        self.container, self.stream = container, stream
+        self.tally = Tally(stream.time_base)
+        self._decoding = self._decoded()
+        self.pictures: Iterator[av.VideoFrame] = self._decoding
+        """In the order of display; what fails is counted. MachineError if the decoder cannot be
+        opened for want of threads, MemoryError if there is no memory for a picture."""
+
+    def close(self) -> None:
+        """End the pass and release the file, and the pictures that the decoder keeps."""
+        self._decoding.close()
+        self.container.close()
+
+    def packets(self) -> Iterator[av.Packet[av.VideoStream]]:
+        """Yield what the file holds of the film; empty packets repeat a picture, and are left out.
+
+        At the end of the file PyAV adds an empty packet for every stream, also for those that
+        turned up on the way, as in a damaged transport stream, which it does not know: that is an
+        IndexError.
+        """
+        for packet in self.container.demux(self.stream):
+            if packet.size > 0:
+                yield packet
+            elif packet.pts is None and packet.dts is None:
+                return
+
+    def _decoded(self) -> Generator[av.VideoFrame, None, None]:
+        tally = self.tally
+        for packet in self._whole_packets():
+            try:
+                pictures = self.stream.decode(packet)
+            except av.error.FFmpegError as error:
+                if isinstance(error, BlockingIOError) and not tally.pictures and not tally.refused:
+                    raise MachineError(
+                        "the system lets no more threads decode this clip; close other programs, "
+                        f"or set {THREADS_VARIABLE}=1"
+                    ) from error
+                check_memory()
+                tally.refused.append(tally.pictures)
+                continue
+            for picture in pictures:
+                tally.add(picture)
+                yield picture
+        tally.exhausted = True
+
+    def _whole_packets(self) -> Iterator[av.Packet[av.VideoStream] | None]:
+        """Yield packets and at last None, upon which a decoder gives its last pictures."""
+        waiting = None
         try:
-            self.stream = choose_stream(path, self.container)
-        except FootageError:
-            self.container.close()
-            raise
-        # With threads several large pictures are decoded at once, while the caller uses one. All
-        # threads together hold some 50 million pixels at most. Pictures below 2 million pixels are
-        # decoded by one thread: handing them over costs up to as much again.
-        context = self.stream.codec_context
-        pixels = max(1, context.width * context.height)
-        threads = max(1, min(threads, 50_000_000 // pixels))
-        self.stream.thread_type = "AUTO" if threads > 1 and pixels > 2_000_000 else "NONE"
-        context.thread_count = threads
-        self.tally = Tally(self.stream.time_base)
-        self.pictures = decode(self.container, self.stream, self.tally)
+            for packet in self.packets():
+                if waiting is not None:
+                    yield waiting
+                waiting = packet
+        except av.error.FFmpegError as error:
+            check_memory()
+            self.tally.broke_off = plain_words(error)
+        if waiting is not None and waiting.is_corrupt:
+            # A decoder would paint over the missing part of the packet, or complain when it is
+            # asked for its last pictures and keep those to itself.
+            self.tally.cut_off = True
+        elif waiting is not None:
+            yield waiting
+        yield None
+
+
+def read(path: Path) -> Reading:
+    """Begin a pass through a file; raises as ``open_container`` and ``choose_stream`` do."""
+    threads = _threads_allowed()
+    container = open_container(path)
+    try:
+        stream = choose_stream(path, container)
+    except FootageError:
+        container.close()
+        raise
+    # With threads several large pictures are decoded at once, while the caller uses one. All
+    # threads together hold some 50 million pixels at most. Pictures below 2 million pixels are
+    # decoded by one thread: handing them over costs up to as much again.
+    context = stream.codec_context
+    pixels = max(1, context.width * context.height)
+    threads = max(1, min(threads, 50_000_000 // pixels))
+    stream.thread_type = "AUTO" if threads > 1 and pixels > 2_000_000 else "NONE"
+    context.thread_count = threads
+    return Reading(container, stream)
 
 
 def _threads_allowed() -> int:
@@ -118,70 +183,3 @@ def _threads_allowed() -> int:
         return min(THREADS(os.environ.get(THREADS_VARIABLE, str(cores))), cores)
     except UsageError as error:
         raise UsageError(f"{THREADS_VARIABLE}: {error}") from error
-
-
-def decode(
-    container: InputContainer, stream: av.VideoStream, tally: Tally
-) -> Iterator[av.VideoFrame]:
-    """Yield the pictures of a stream in the order of display and count what fails.
-
-    Raises
-    ------
-    MachineError
-        The decoder cannot be opened for want of threads.
-    MemoryError
-        There is no memory for a picture.
-    """
-    for packet in _packets(container, stream, tally):
-        try:
-            pictures = stream.decode(packet)
-        except av.error.FFmpegError as error:
-            if isinstance(error, BlockingIOError) and not tally.pictures and not tally.refused:
-                raise MachineError(
-                    "the system lets no more threads decode this clip; close other programs, or "
-                    f"set {THREADS_VARIABLE}=1"
-                ) from error
-            check_memory()
-            tally.refused.append(tally.pictures)
-            continue
-        for picture in pictures:
-            tally.add(picture)
-            yield picture
-    tally.exhausted = True
-
-
-def packets_of(
-    container: InputContainer, stream: av.VideoStream
-) -> Iterator[av.Packet[av.VideoStream]]:
-    """Yield what a file holds of a stream; an empty packet repeats a picture, and is left out.
-
-    At the end of the file PyAV adds an empty packet for every stream, also for those that turned up
-    on the way, as in a damaged transport stream, which it does not know: that is an IndexError.
-    """
-    for packet in container.demux(stream):
-        if packet.size > 0:
-            yield packet
-        elif packet.pts is None and packet.dts is None:
-            return
-
-
-def _packets(
-    container: InputContainer, stream: av.VideoStream, tally: Tally
-) -> Iterator[av.Packet[av.VideoStream] | None]:
-    """Yield packets and at last None, upon which a decoder gives its last pictures."""
-    waiting = None
-    try:
-        for packet in packets_of(container, stream):
-            if waiting is not None:
-                yield waiting
-            waiting = packet
-    except av.error.FFmpegError as error:
-        check_memory()
-        tally.broke_off = plain_words(error)
-    if waiting is not None and waiting.is_corrupt:
-        # A decoder would paint over the missing part of the packet, or complain when it is asked
-        # for its last pictures and keep those to itself.
-        tally.cut_off = True
-    elif waiting is not None:
-        yield waiting
-    yield None

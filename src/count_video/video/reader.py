@@ -16,7 +16,7 @@ from count_video.errors import FootageError, UsageError
 from count_video.inputs import CAPTURE_RATE
 from count_video.records import Chroma, FootageInfo, FootageReport, Frame, Luma
 from count_video.video.completeness import Promise, promise_of, shortcomings
-from count_video.video.decoding import Reading
+from count_video.video.decoding import Reading, read
 from count_video.video.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.video.pictures import chroma_of, luma_of
 from count_video.video.repeats import LONGEST_RUN, mark_repeats
@@ -51,7 +51,7 @@ class Footage:
         if self._stream is not None:
             self._stream.close()
         if self._opened is not None:
-            self._opened.container.close()
+            self._opened.close()
             self._opened = None
 
     def frames(
@@ -98,7 +98,7 @@ class Footage:
 
     def _frames(self, start: int, end: int | None, colour: bool) -> Generator[Frame, None, None]:
         # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
-        reading, self._opened = self._opened or Reading(self.info.path), None
+        reading, self._opened = self._opened or read(self.info.path), None
         self._tally, self._runs = reading.tally, [0]
         # Whether a frame is a copy is known when the next one is there: it waits here till then.
         waiting: deque[tuple[Luma, Chroma | None]] = deque()
@@ -116,7 +116,7 @@ class Footage:
                         chroma = np.rot90(chroma, turns, axes=(1, 2))
                     yield Frame(index, np.rot90(luma, turns), copy, chroma)
         finally:
-            reading.container.close()
+            reading.close()
 
     def _lumas(
         self,
@@ -165,7 +165,7 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
     if capture_fps is not None and not CAPTURE_RATE.holds(capture_fps):
         raise UsageError(f"capture rate {capture_fps:g}: give the camera's rate, {CAPTURE_RATE}")
     path = Path(path)
-    reading = Reading(path)
+    reading = read(path)
     try:
         first = next(reading.pictures, None)
         if first is None:
@@ -182,7 +182,7 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
         reading.pictures = chain([first], reading.pictures)
         return Footage(info, promise, reading)
     except BaseException:
-        reading.container.close()
+        reading.close()
         raise
 
 
