@@ -335,7 +335,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
 def _progress(unit: str = "frames") -> Progress:
     if sys.stderr is None or not sys.stderr.isatty():
         return NO_PROGRESS
-    bar = TerminalBar(sys.stderr, unit, per_minute=unit == "clips")
+    bar = TerminalBar(sys.stderr, unit)
     before_the_end(bar.finish)
     return bar
 

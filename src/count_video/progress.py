@@ -42,17 +42,32 @@ def counted_off(frames: Iterable[_Item], progress: Progress) -> Iterator[_Item]:
 class TerminalBar(Progress):
     """What advances in a clip or a campaign, on one line, with the time that is left."""
 
-    def __init__(self, stream: TextIO, unit: str = "frames", *, per_minute: bool = False) -> None:
-        """Show what advances, counted in ``unit``, a plural; ``per_minute``: with its pace."""
-        self._stream = stream
-        self._unit = unit
-        self._per_minute = per_minute
+    def __init__(self, stream: TextIO, unit: str = "frames") -> None:
+        """Show what advances, counted in ``unit``, a plural; clips are shown with their pace."""
+        self._stream, self._unit = stream, unit
         self._bar: Bar | None = None
 
     def start(self, total: int | None, label: str) -> None:
         """Draw an empty bar; without a total it only shows that something happens."""
+        from rich import progress  # noqa: PLC0415 - see above
+        from rich.console import Console  # noqa: PLC0415
+
         self.finish()
-        self._bar = self._drawn()
+        clips = self._unit == "clips"
+        self._bar = progress.Progress(
+            # Labels carry file names, in which square brackets are no mark-up.
+            progress.TextColumn("{task.description}", markup=False),
+            progress.BarColumn(bar_width=24),  # leaves space on the line for the "^C" of a person
+            progress.MofNCompleteColumn(),
+            progress.TextColumn(self._unit),
+            *([progress.TextColumn("{task.fields[pace]}")] if clips else []),
+            progress.TimeRemainingColumn(),
+            console=Console(file=self._stream),
+            transient=True,
+            redirect_stdout=False,
+            redirect_stderr=False,
+            speed_estimate_period=600 if clips else 30,  # a clip takes seconds
+        )
         self._bar.add_task(label, total=total or None, pace="-/min")
         self._bar.start()
 
@@ -77,23 +92,3 @@ class TerminalBar(Progress):
         yield
         if self._bar is not None:
             self._bar.start()
-
-    def _drawn(self) -> Bar:
-        from rich import progress  # noqa: PLC0415 - see above
-        from rich.console import Console  # noqa: PLC0415
-
-        return progress.Progress(
-            # Labels carry file names, in which square brackets are no mark-up.
-            progress.TextColumn("{task.description}", markup=False),
-            progress.BarColumn(bar_width=24),  # leaves space on the line for the "^C" of a person
-            progress.MofNCompleteColumn(),
-            progress.TextColumn(self._unit),
-            *([progress.TextColumn("{task.fields[pace]}")] if self._per_minute else []),
-            progress.TimeRemainingColumn(),
-            console=Console(file=self._stream),
-            transient=True,
-            redirect_stdout=False,
-            redirect_stderr=False,
-            # A clip takes seconds, so a short period would hold none.
-            speed_estimate_period=600 if self._per_minute else 30,
-        )

@@ -215,7 +215,7 @@ def test_the_bar_shows_clips_done_and_gives_way_to_a_line(monkeypatch: pytest.Mo
     monkeypatch.setenv("COLUMNS", "120")
     reader, writer = pty.openpty()
     with os.fdopen(writer, "w", encoding="utf-8") as terminal:
-        bar = TerminalBar(terminal, "clips", per_minute=True)
+        bar = TerminalBar(terminal, "clips")
         bar.start(30, "")
         bar.advance(12)
         with bar.aside():
