@@ -151,18 +151,6 @@ def test_a_collision_at_time_zero_belongs_to_the_shortest_run() -> None:
     assert [bounce.time_s for bounce in first] == [0.0]
 
 
-@pytest.mark.parametrize("until_s", [-1.0, math.nan, math.inf])
-def test_an_end_that_is_no_time_is_refused(until_s: float) -> None:
-    with pytest.raises(UsageError, match="cannot simulate until"):
-        simulate(Setup(), until_s=until_s)
-
-
-@pytest.mark.parametrize("time_s", [math.nan, math.inf])
-def test_a_sample_at_no_time_is_refused(time_s: float) -> None:
-    with pytest.raises(UsageError, match="not finite"):
-        simulate(Setup()).sample(np.array([0.0, time_s]))
-
-
 def test_free_bodies_run_to_the_end_of_time() -> None:
     setup = Setup(mounting="free", heavy_velocity_m_s=-1.0)
     assert simulate(setup, until_s=math.inf) == simulate(setup)

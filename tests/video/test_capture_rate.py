@@ -5,12 +5,10 @@ from pathlib import Path
 import pytest
 from numbered_frames import write_numbered
 
-from count_video.errors import UsageError
 from count_video.video.reader import open_footage, stated_rate
 from count_video.video.writer import WriteOptions
 
 ANDROID = "com.android.capture.fps"
-NO_RATES = (0.0, -240.0, float("nan"), float("inf"))
 
 
 def clip(folder: Path, name: str, tags: dict[str, str]) -> Path:
@@ -46,11 +44,3 @@ def test_without_option_and_tag_the_rate_is_unknown(tmp_path: Path) -> None:
 def test_a_worthless_tag_does_not_hide_a_good_one() -> None:
     tags = [(ANDROID, "0"), (ANDROID.upper(), "120")]
     assert stated_rate(tags) == 120.0
-
-
-@pytest.mark.parametrize("rate", NO_RATES)
-def test_an_impossible_rate_from_the_user_is_refused(tmp_path: Path, rate: float) -> None:
-    path = write_numbered(tmp_path / "clip.mp4", 3)
-    with pytest.raises(UsageError, match="capture rate") as caught:
-        open_footage(path, capture_fps=rate)
-    assert "\n" not in str(caught.value)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numbered_frames import HEIGHT, WIDTH, number_in, numbered, numbers_of, write_numbered
 
-from count_video.errors import FootageError, UsageError
+from count_video.errors import FootageError
 from count_video.video.reader import Footage, open_footage
 from count_video.video.writer import WriteOptions
 
@@ -48,12 +48,6 @@ def test_a_part_of_a_clip_keeps_the_indices_of_the_whole(
 def test_a_part_without_frames_is_empty(clip: Path, start: int, end: int | None) -> None:
     with open_footage(clip) as footage:
         assert list(footage.frames(start, end)) == []
-
-
-@pytest.mark.parametrize(("start", "end"), [(-1, None), (0, -5)])
-def test_negative_frames_are_refused(clip: Path, start: int, end: int | None) -> None:
-    with open_footage(clip) as footage, pytest.raises(UsageError, match="count from 0"):
-        footage.frames(start, end)
 
 
 def test_a_clip_can_be_streamed_again_and_starts_anew(clip: Path) -> None:

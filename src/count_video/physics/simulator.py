@@ -106,11 +106,9 @@ class Motion:
         Raises
         ------
         UsageError
-            If a time is not finite, or later than bodies came to rest on each other.
+            If a time is later than bodies came to rest on each other.
         """
         times = np.ascontiguousarray(times_s, dtype=np.float64)
-        if not np.isfinite(times).all():
-            raise UsageError("cannot sample a motion at a time that is not finite; drop those")
         latest_s = float(times.max(initial=0.0))
         if latest_s > self.until_s:
             if self.endless:
@@ -146,18 +144,10 @@ def simulate(
 ) -> Motion:
     """Run a trial from its start.
 
-    ``seed`` is that of the scatter of the restitution. It stops after ``until_s``; by default a
-    suspended trial runs half a heavy period beyond the end of its burst, a free one until nothing
-    more can happen. One with more than ``most`` collisions is endless.
-
-    Raises
-    ------
-    UsageError
-        If ``until_s`` is not a time.
+    ``seed`` is that of the scatter of the restitution. It stops after ``until_s``, which is finite
+    for a suspended trial; by default that runs half a heavy period beyond the end of its burst, a
+    free one until nothing more can happen. One with more than ``most`` collisions is endless.
     """
-    for_ever = until_s == math.inf and setup.mounting == "suspended"
-    if until_s is not None and (for_ever or not until_s >= 0.0):
-        raise UsageError(f"cannot simulate until {until_s} s; give a finite time from 0 on")
     run = Run([setup], [seed])
     period_s = float(run.heavy.law.period_s[0])
     limit_s = LONGEST_BURST_PERIODS * period_s if until_s is None else until_s

@@ -66,11 +66,7 @@ class Footage:
         ------
         FootageError
             If the size of the picture changes on the way, or there are too many frames.
-        UsageError
-            If ``start`` or ``end`` is negative.
         """
-        if start < 0 or (end is not None and end < 0):
-            raise UsageError(f"frames {start} to {end}: frames count from 0; give no negative one")
         if self._stream is not None:
             self._stream.close()
         self._stream = self._frames(start, end, colour)
@@ -159,12 +155,7 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
     ------
     FootageError
         If the file is no footage; the message is one line for the user.
-    UsageError
-        If no camera has the rate ``capture_fps``.
     """
-    if capture_fps is not None and not CAPTURE_RATE.holds(capture_fps):
-        raise UsageError(f"capture rate {capture_fps:g}: give the camera's rate, {CAPTURE_RATE}")
-    path = Path(path)
     reading = read(path)
     try:
         first = next(reading.pictures, None)
@@ -205,7 +196,7 @@ def _info(
         rotation_deg=90 * turns,
         frames_promised=frames_promised,
         container_fps=float(rate) if rate else None,
-        capture_fps=stated_fps if capture_fps is None else float(capture_fps),
+        capture_fps=stated_fps if capture_fps is None else capture_fps,
         capture_fps_source="option" if capture_fps else "metadata" if stated_fps else "unknown",
     )
 

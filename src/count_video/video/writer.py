@@ -139,14 +139,8 @@ def _encode(
     container: OutputContainer,
     options: WriteOptions,
 ) -> None:
-    shape, last = None, -1
+    last = -1
     for number, picture in enumerate(pictures):
-        shape = shape or picture.shape
-        if picture.shape != shape or picture.dtype != np.uint8:
-            raise _RefusalError(
-                f"frame {number} is {picture.dtype} of shape {picture.shape}; all must be uint8 of "
-                f"shape {shape}"
-            )
         frame = _video_frame(picture, stream.codec_context.pix_fmt or options.pixel_format)
         frame.pts = last = _time_stamp(options, number, last)
         frame.time_base = stream.codec_context.time_base
