@@ -94,14 +94,13 @@ class Reading:
     def __init__(self, container: InputContainer, stream: av.VideoStream) -> None:
         self.container, self.stream = container, stream
         self.tally = Tally(stream.time_base)
-        self._decoding = self._decoded()
-        self.pictures: Iterator[av.VideoFrame] = self._decoding
+        self.pictures = self._decoded()
         """In the order of display; what fails is counted. MachineError if the decoder cannot be
         opened for want of threads, MemoryError if there is no memory for a picture."""
 
     def close(self) -> None:
         """End the pass and release the file, and the pictures that the decoder keeps."""
-        self._decoding.close()
+        self.pictures.close()
         self.container.close()
 
     def packets(self) -> Iterator[av.Packet[av.VideoStream]]:

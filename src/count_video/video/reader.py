@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from itertools import chain, islice
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from count_video.errors import FootageError, UsageError
 from count_video.inputs import CAPTURE_RATE
 from count_video.records import Chroma, FootageInfo, FootageReport, Frame, Luma
 from count_video.video.completeness import Promise, promise_of, shortcomings
-from count_video.video.decoding import Reading, read
+from count_video.video.decoding import Reading, Tally, read
 from count_video.video.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.video.pictures import chroma_of, luma_of
 from count_video.video.repeats import LONGEST_RUN, mark_repeats
@@ -28,17 +28,15 @@ capture rate, but a shared copy is slowed down and does not say so."""
 
 
 class Footage:
-    """A clip that streams; a context manager that holds the file open.
+    """A clip that streams; a context manager that ends the stream and releases the file.
 
     One stream of frames at a time: a new call of :meth:`frames` ends the one before.
     """
 
-    def __init__(self, info: FootageInfo, promise: Promise, reading: Reading) -> None:
+    def __init__(self, info: FootageInfo, promise: Promise) -> None:
         self.info = info
         self._promise = promise
-        self._opened: Reading | None = reading
-        """For the first pass, which shows the picture that was decoded at once too."""
-        self._tally = reading.tally
+        self._tally = Tally()
         self._stream: Generator[Frame, None, None] | None = None
         self._runs = [0]
         """Lengths of the runs of copies so far."""
@@ -47,12 +45,8 @@ class Footage:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the stream of frames, if there is one, and release the file."""
         if self._stream is not None:
             self._stream.close()
-        if self._opened is not None:
-            self._opened.close()
-            self._opened = None
 
     def frames(
         self, start: int = 0, end: int | None = None, *, colour: bool = False
@@ -93,13 +87,12 @@ class Footage:
         )
 
     def _frames(self, start: int, end: int | None, colour: bool) -> Generator[Frame, None, None]:
-        # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
-        reading, self._opened = self._opened or read(self.info.path), None
-        self._tally, self._runs = reading.tally, [0]
         # Whether a frame is a copy is known when the next one is there: it waits here till then.
         waiting: deque[tuple[Luma, Chroma | None]] = deque()
         turns = self.info.rotation_deg // 90
-        try:
+        # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
+        with closing(read(self.info.path)) as reading:
+            self._tally, self._runs = reading.tally, [0]
             copies = mark_repeats(self._lumas(reading, end, waiting, colour))
             for index, copy in enumerate(copies):
                 if copy:
@@ -111,8 +104,6 @@ class Footage:
                     if chroma is not None:
                         chroma = np.rot90(chroma, turns, axes=(1, 2))
                     yield Frame(index, np.rot90(luma, turns), copy, chroma)
-        finally:
-            reading.close()
 
     def _lumas(
         self,
@@ -142,7 +133,7 @@ class Footage:
 
 
 def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
-    """Open a clip and decode its first picture.
+    """Look into a clip and at its first picture.
 
     Parameters
     ----------
@@ -156,8 +147,7 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
     FootageError
         If the file is no footage; the message is one line for the user.
     """
-    reading = read(path)
-    try:
+    with closing(read(path)) as reading:
         first = next(reading.pictures, None)
         if first is None:
             raise FootageError(
@@ -169,12 +159,7 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
             )
         check_size(path, first.width, first.height)
         promise = promise_of(path, reading)
-        info = _info(path, reading, first, promise.frames, capture_fps)
-        reading.pictures = chain([first], reading.pictures)
-        return Footage(info, promise, reading)
-    except BaseException:
-        reading.close()
-        raise
+        return Footage(_info(path, reading, first, promise.frames, capture_fps), promise)
 
 
 def _info(
