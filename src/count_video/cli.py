@@ -185,27 +185,19 @@ def _answer_clips(options: argparse.Namespace) -> int:
         from count_video.planning.request import read_request
 
         plan = read_request(options.plan_file)  # before a long count
-    replaces = False
-    if options.output is not None:
-        from count_video.outputs import OutputFolder, output_name
-
-        page = f"{output_name(options.clips[0].stem)}.html"
-        with suppress(OSError, UsageError):  # its answer says so
-            replaces = OutputFolder(options.output).shows_another_clip(page, options.clips[0])
     code, gap = EXIT_COUNTED, ""
     progress = _progress()
     for path in options.clips:
-        result, kept, unwritten = _count(path, options, plan, progress)
+        result, kept, said = _count(path, options, plan, progress)
         if _show(result, gap, kept, as_json=options.json):
             gap = "\n"
         if result.count is None:
             wrong = isinstance(result.error, UsageError)
             code = max(code, EXIT_USAGE if wrong else EXIT_NOT_COUNTED)
-        if unwritten:
-            _complain(f"{result.clip}: {unwritten}")
+        if said:
+            _complain(f"{result.clip}: {said}")
+        if options.output is not None and not kept:
             code = max(code, EXIT_NOT_COUNTED)
-        elif replaces and result.error is None:
-            _complain(f"{result.clip}: replaced the evidence of another clip of this name")
     return code
 
 
@@ -214,16 +206,18 @@ def _count(
 ) -> tuple[Result, list[Path], str]:
     """Count a clip, lay over it what was asked for, and write the files that show it.
 
-    Returns the result, these files and why they could not be written, if so: the count stands.
+    Returns the result, these files, and what is to be said of them: why they could not be written,
+    when the count stands, or that they replaced those of another clip.
     """
     from count_video.api import count_with
     from count_video.result import refused
 
+    files = None
     try:
         if options.output is not None:
             from count_video.evidence import open_files
 
-            open_files(path, options.evidence, "json")  # refused before a long count
+            files = open_files(path, options.evidence, "json")  # refused before a long count
         result = count_with(path, options.settings, progress)
         if options.corrections is not None:
             result = result.reviewed(options.corrections)
@@ -231,13 +225,14 @@ def _count(
             result = result.compared(plan)
     except (CountVideoError, OSError) as error:
         return refused(path, error), [], ""
+    if files is None:
+        return result, [], ""
     try:
-        kept = [] if options.output is None else result.write(options.evidence, progress)
-        return result, kept, ""
+        replaces = files.outputs.shows_another_clip(f"{files.name}.html", path)
+        kept = result.write(options.evidence, progress)
     except (CountVideoError, OSError) as error:
         return result, [], reason_of(error, path)
-    finally:
-        progress.finish()
+    return result, kept, "replaced the evidence of another clip of this name" if replaces else ""
 
 
 def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> bool:
