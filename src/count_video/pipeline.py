@@ -42,14 +42,8 @@ from count_video.video.reader import open_footage
 def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS) -> Followed:
     """Count the collisions in one clip and keep what the count rests on.
 
-    Raises
-    ------
-    FootageError
-        If the file cannot be read as footage.
-    UsageError
-        If a setting does not fit the clip.
-    MemoryError
-        If there is not enough memory.
+    FootageError if the file cannot be read as footage, UsageError if a setting does not fit the
+    clip, MemoryError if there is not enough memory.
     """
     take_buffer()
     with open_footage(path, capture_fps=settings.capture_fps) as footage:

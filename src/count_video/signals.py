@@ -39,14 +39,9 @@ NOISE_AT_LEAST_PX = 0.03
 
 
 def low_points(signal: Floats, hysteresis: float) -> NDArray[np.intp]:
-    """Find the low points of a signal, each deeper than the hysteresis on both sides.
+    """Find the low points of a signal, shape (n,), NaN where not seen.
 
-    Parameters
-    ----------
-    signal
-        Shape (n,); NaN where not seen.
-    hysteresis
-        Depth, in the signal's unit, that a low point must have on either side; positive.
+    Each is deeper on both sides than the hysteresis, which is positive, in the signal's unit.
     """
     found: list[int] = []
     highest, lowest, begin, end = -np.inf, np.inf, -1, -1
@@ -132,12 +127,8 @@ def correlation(one: Values, other: Values, weight: Values) -> float:
 def peak_of(values: Values, place: int) -> float:
     """Refine the place of a peak by the parabola through its highest sample and the neighbours.
 
-    Parameters
-    ----------
-    values
-        Shape (n,).
-    place
-        Index of the highest sample; at an end the peak is taken to be there.
+    ``values`` have shape (n,), and the highest is at ``place``; at an end the peak is taken to be
+    there.
     """
     if not 0 < place < len(values) - 1:
         return float(place)

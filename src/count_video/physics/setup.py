@@ -17,12 +17,8 @@ class Setup:
 
     Metres point away from the wall, whose face is at 0. The ball lies between the wall and the
     heavy body (the cylinder). The gap of the bodies may be negative: then the cylinder would hang
-    where the ball does.
-
-    Raises
-    ------
-    UsageError
-        If a value is not finite, out of its range, or the combination is impossible.
+    where the ball does. UsageError if a value is not finite, out of its range, or the combination
+    is impossible.
     """
 
     heavy_mass_kg: float = 1.050

@@ -101,12 +101,8 @@ class Motion:
         """State at ``times_s``, shape (n,), exact; the run is continued if it is too short.
 
         Before time 0 a suspended trial is held at its start; a free cylinder comes in as it must
-        have. At the very time of a collision the state after it is given.
-
-        Raises
-        ------
-        UsageError
-            If a time is later than bodies came to rest on each other.
+        have. At the very time of a collision the state after it is given. UsageError if a time is
+        later than bodies came to rest on each other.
         """
         times = np.ascontiguousarray(times_s, dtype=np.float64)
         latest_s = float(times.max(initial=0.0))

@@ -49,13 +49,8 @@ _GIVE_CLIPS = (
 def open_container(path: Path) -> InputContainer:
     """Open a media file.
 
-    Raises
-    ------
-    FootageError
-        If there is no such file, it may not be read, it is no media file, or its index is too
-        long.
-    MemoryError
-        If there is not as much memory as it may take to open a file.
+    FootageError if there is no such file, it may not be read, it is no media file, or its index is
+    too long; MemoryError if there is not as much memory as it may take to open a file.
     """
     _check_readable(path)
     try:
@@ -105,10 +100,7 @@ def _bounded_memory() -> Iterator[None]:
 def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:
     """Return the video stream to count in: the default one, else the film, else the largest.
 
-    Raises
-    ------
-    FootageError
-        If the file holds no moving picture that can be decoded, or states a picture too large.
+    FootageError if there is none that can be decoded, or it states a picture too large.
     """
     no_film = Disposition.attached_pic | Disposition.timed_thumbnails
     films = [

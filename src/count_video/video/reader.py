@@ -54,12 +54,8 @@ class Footage:
         """Stream frames ``start`` to ``end`` (exclusive), each as soon as the next is decoded.
 
         Frames before ``start`` are decoded, so that indices are exact, but not yielded. Their
-        ``colour`` comes with them only if it is asked for.
-
-        Raises
-        ------
-        FootageError
-            If the size of the picture changes on the way, or there are too many frames.
+        ``colour`` comes with them only if it is asked for. FootageError if the size of the picture
+        changes on the way, or there are too many frames.
         """
         if self._stream is not None:
             self._stream.close()
@@ -133,19 +129,9 @@ class Footage:
 
 
 def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
-    """Look into a clip and at its first picture.
+    """Look into a clip and at its first picture; FootageError if the file is no footage.
 
-    Parameters
-    ----------
-    path
-        The file.
-    capture_fps
-        The camera's frames per second of real time, if the user knows them.
-
-    Raises
-    ------
-    FootageError
-        If the file is no footage; the message is one line for the user.
+    ``capture_fps`` are the camera's frames per second of real time, if the user knows them.
     """
     with closing(read(path)) as reading:
         first = next(reading.pictures, None)

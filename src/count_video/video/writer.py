@@ -62,6 +62,8 @@ class WriteOptions:
 def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | None = None) -> None:
     """Encode pictures into a file that appears under its name only when it is complete.
 
+    UsageError if it cannot be written as asked; no file is left behind.
+
     Parameters
     ----------
     path
@@ -71,14 +73,8 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
         RGB, shape (height, width, 3). All of one shape; sides even for 4:2:0 formats.
     options
         Defaults to H.264 at 30 frames/s.
-
-    Raises
-    ------
-    UsageError
-        If the clip cannot be written as asked; no file is left behind.
     """
     options = options or WriteOptions()
-    path = Path(path)
     pictures = iter(frames)
     first = next(pictures, None)
     if first is None:
