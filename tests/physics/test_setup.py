@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import pytest
@@ -14,14 +13,11 @@ FREE = {"mounting": "free", "heavy_velocity_m_s": -1.0}
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"mounting": "glued"}, "free, suspended"),
         ({"heavy_mass_kg": 0.0}, "heavy_mass_kg is 0"),
         ({"light_thread_m": -1.0}, "light_thread_m is -1"),
         ({"wall_gap_m": -0.1}, "wall_gap_m is -0.1"),
         ({"restitution_wall": 1.01}, "between 0 and 1"),
         ({"restitution_bodies_sd": -0.01}, "not be negative"),
-        ({"release_m": math.nan}, "release_m is nan"),
-        ({"wall_gap_m": math.inf}, "wall_gap_m is inf"),
         ({"bodies_gap_m": -0.1}, "inside the ball"),
         ({"mounting": "free"}, "toward the wall"),
         ({"mounting": "free", "heavy_velocity_m_s": 0.5}, "toward the wall"),
