@@ -196,45 +196,50 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     # Clips may stand on both sides of an option, but the parser that allows it knows no "--".
     parse = parser.parse_args if "--" in arguments else parser.parse_intermixed_args
     options = parse(arguments)
-    _check_purpose(options, parser)
+    for why in _refusals(options, parser):
+        raise UsageError(why)
     options.masses = options.masses and inputs.masses(*options.masses)
     said = {one.name: getattr(options, one.name) for one in fields(TrialSettings)}
     options.settings = TrialSettings(**said)
     if options.output is not None:
         formats = (options.picture_format, options.csv_dialect, options.presenter)
         options.evidence = EvidenceSettings(options.output, *formats)
-    for wrong, why in _refusals(options):
-        if wrong:
-            raise UsageError(why)
     return options
 
 
-def _refusals(options: argparse.Namespace) -> Iterator[tuple[object, str]]:
-    """Yield what may be wrong with the options together, and what to say then."""
-    for option, given in (
-        ("--format", options.picture_format != "png"),
-        ("--csv-dialect", options.csv_dialect != "comma"),
-        ("--fresh", options.fresh),
-        ("--pages", options.pages),
-    ):
-        lacks = options.output is None and given
-        yield lacks, f"{option} needs a folder to write to: give one with -o"
-    if options.plan is not None or options.theory is not None:
+def _refusals(options: argparse.Namespace, parser: argparse.ArgumentParser) -> Iterator[str]:
+    """Yield what is wrong with the options together, or does not go with what is asked for."""
+    purpose = next((name for name in ("theory", "plan") if getattr(options, name)), None)
+
+    def given(*names: str) -> list[str]:
+        """Return what a person calls those of the options that were given."""
+        others = {"clips": "a clip", "picture_format": "--format"}
+        return [
+            others.get(name, f"--{name.replace('_', '-')}")
+            for name in names
+            if name != purpose and getattr(options, name) not in (parser.get_default(name), [])
+        ]
+
+    alien = {"theory": _NOT_OF_A_THEORY, "plan": _OF_A_COUNT, None: _OF_A_PLAN}
+    for option in given(*alien[purpose]):
+        without = f"--{purpose} goes without {option}"
+        yield without if purpose else f"{option} goes with --plan alone"
+    if options.thread is not None and len(options.thread) > 2:
+        yield "--thread takes one length, or the cylinder's and the ball's"
+    if options.output is None:
+        for option in given("picture_format", "csv_dialect", "fresh", "pages"):
+            yield f"{option} needs a folder to write to: give one with -o"
+    if purpose is not None:
         return
     clips, campaign = options.clips, is_campaign(options)
-    yield not clips, "no clip: give a video file or a folder (see count-video --help)"
-    yield (
-        options.presenter and (options.output is None or campaign),
-        "--presenter goes with one clip, and with a folder to write to (-o DIR)",
-    )
-    yield (
-        options.plan_file and campaign,
-        "--plan-file goes with clips, not with a campaign: give single clips",
-    )
-    yield (
-        options.corrections and (campaign or len(clips) > 1),
-        "--corrections are those of one clip: give that clip alone",
-    )
+    if not clips:
+        yield "no clip: give a video file or a folder (see count-video --help)"
+    if options.presenter and (options.output is None or campaign):
+        yield "--presenter goes with one clip, and with a folder to write to (-o DIR)"
+    if options.plan_file and campaign:
+        yield "--plan-file goes with clips, not with a campaign: give single clips"
+    if options.corrections and (campaign or len(clips) > 1):
+        yield "--corrections are those of one clip: give that clip alone"
 
 
 def complete_options() -> None:
@@ -263,20 +268,6 @@ def plan_values(options: argparse.Namespace) -> dict[str, Any]:
     given |= {"heavy_thread_m": threads[0], "light_thread_m": threads[-1]}
     given["ball_diameter_m"] = options.ball_diameter_mm / 1000.0
     return {name: value for name, value in given.items() if value is not None}
-
-
-def _check_purpose(options: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
-    """Refuse options that do not go with what is asked for: a theory, a plan, or a count."""
-    purpose = next((name for name in ("theory", "plan") if getattr(options, name)), None)
-    others = {"theory": _NOT_OF_A_THEORY, "plan": _OF_A_COUNT, None: _OF_A_PLAN}
-    for name in others[purpose]:
-        if name == purpose or getattr(options, name) in (parser.get_default(name), []):
-            continue
-        option = "a clip" if name == "clips" else f"--{name.replace('_', '-')}"
-        without = f"--{purpose} goes without {option}"
-        raise UsageError(without if purpose else f"{option} goes with --plan alone")
-    if options.thread is not None and len(options.thread) > 2:
-        raise UsageError("--thread takes one length, or the cylinder's and the ball's")
 
 
 def _parser() -> _Parser:
