@@ -9,7 +9,6 @@ from contextlib import closing, suppress
 from itertools import chain, islice
 from pathlib import Path
 
-import av
 import numpy as np
 
 from count_video.errors import FootageError, UsageError
@@ -144,32 +143,21 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
                 "as animated WebP: copy it again from the camera, or convert it to MP4"
             )
         check_size(path, first.width, first.height)
-        promise = promise_of(path, reading)
-        return Footage(_info(path, reading, first, promise.frames, capture_fps), promise)
-
-
-def _info(
-    path: Path,
-    reading: Reading,
-    first: av.VideoFrame,
-    frames_promised: int | None,
-    capture_fps: float | None,
-) -> FootageInfo:
-    turns = round(first.rotation / 90) % 4
-    width_px, height_px = (first.width, first.height)[:: -1 if turns % 2 else 1]
-    rate = reading.stream.average_rate
-    tags = chain(reading.container.metadata.items(), reading.stream.metadata.items())
-    stated_fps = stated_rate(tags) if capture_fps is None else None
-    return FootageInfo(
-        path=path,
-        width_px=width_px,
-        height_px=height_px,
-        rotation_deg=90 * turns,
-        frames_promised=frames_promised,
-        container_fps=float(rate) if rate else None,
-        capture_fps=stated_fps if capture_fps is None else capture_fps,
-        capture_fps_source="option" if capture_fps else "metadata" if stated_fps else "unknown",
-    )
+        promise, rate = promise_of(path, reading), reading.stream.average_rate
+        tags = chain(reading.container.metadata.items(), reading.stream.metadata.items())
+        stated_fps, turns = stated_rate(tags), round(first.rotation / 90) % 4
+        width_px, height_px = (first.width, first.height)[:: -1 if turns % 2 else 1]
+        info = FootageInfo(
+            path=path,
+            width_px=width_px,
+            height_px=height_px,
+            rotation_deg=90 * turns,
+            frames_promised=promise.frames,
+            container_fps=float(rate) if rate else None,
+            capture_fps=capture_fps or stated_fps,
+            capture_fps_source="option" if capture_fps else "metadata" if stated_fps else "unknown",
+        )
+        return Footage(info, promise)
 
 
 def stated_rate(tags: Iterable[tuple[str, str]]) -> float | None:
