@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import chain
+from itertools import chain, count
 from pathlib import Path
 
 import av
@@ -82,7 +82,12 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
     try:
         with appearing(path) as partial, _open(partial, options) as container:
             stream = _add_stream(container, first.shape, options)
-            _encode(chain([first], pictures), stream, container, options)
+            stamps = _time_stamps(options)
+            for picture, ticks in zip(chain([first], pictures), stamps, strict=False):
+                frame = _video_frame(picture, stream.codec_context.pix_fmt or options.pixel_format)
+                frame.pts, frame.time_base = ticks, stream.codec_context.time_base
+                container.mux(stream.encode(frame))
+            container.mux(stream.encode(None))
     except (av.error.FFmpegError, OSError, _RefusalError) as error:
         # The text of the system's errors repeats a name that nobody gave.
         raise UsageError(
@@ -129,21 +134,6 @@ def _add_stream(
     return stream
 
 
-def _encode(
-    pictures: Iterable[Pixels],
-    stream: av.VideoStream,
-    container: OutputContainer,
-    options: WriteOptions,
-) -> None:
-    last = -1
-    for number, picture in enumerate(pictures):
-        frame = _video_frame(picture, stream.codec_context.pix_fmt or options.pixel_format)
-        frame.pts = last = _time_stamp(options, number, last)
-        frame.time_base = stream.codec_context.time_base
-        container.mux(stream.encode(frame))
-    container.mux(stream.encode(None))
-
-
 def _encoder_options(options: WriteOptions) -> dict[str, str]:
     chosen = {"flags": "+bitexact", "threads": "1"}
     if options.codec in ("libx264", "libx265"):
@@ -165,16 +155,19 @@ def _encoder_options(options: WriteOptions) -> dict[str, str]:
     return chosen | options.more
 
 
-def _time_stamp(options: WriteOptions, number: int, last: int) -> int:
-    """Return the time stamp of a frame in ticks of the encoder's clock."""
-    if options.frame_times_s is None:
-        return number
-    if number >= len(options.frame_times_s):
-        raise _RefusalError(f"frame_times_s ends after {number} frames, but there are more")
-    ticks = round(Fraction(options.frame_times_s[number]) / FINEST_TICK_S)
-    if ticks <= last:
-        raise _RefusalError(f"frame_times_s[{number}] does not come after the one before it")
-    return ticks
+def _time_stamps(options: WriteOptions) -> Iterator[int]:
+    """Yield the time stamp of each frame in ticks of the encoder's clock."""
+    times_s, last = options.frame_times_s, -1
+    if times_s is None:
+        yield from count()
+        return
+    for number, time_s in enumerate(times_s):
+        ticks = round(Fraction(time_s) / FINEST_TICK_S)
+        if ticks <= last:
+            raise _RefusalError(f"frame_times_s[{number}] does not come after the one before it")
+        yield ticks
+        last = ticks
+    raise _RefusalError(f"frame_times_s ends after {len(times_s)} frames, but there are more")
 
 
 def _video_frame(picture: Pixels, pixel_format: str) -> av.VideoFrame:
