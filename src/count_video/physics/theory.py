@@ -96,7 +96,11 @@ def mass_ratio_interval(count: int) -> Bounds:
     N < π/θ ≤ N + 1 means cot²(π/N) < M/m ≤ cot²(π/(N + 1)). Both ends are the nearest floats. The
     fewest collisions are 2: bodies that collide at all collide twice.
     """
-    return Bounds(_squared_cotangent(count), _squared_cotangent(count + 1))
+    import mpmath  # noqa: PLC0415 - see above
+
+    with mpmath.workprec(128):
+        angles = (mpmath.mpf(1) / parts for parts in (count, count + 1))  # as shares of π
+        return Bounds(*(float((mpmath.cospi(x) / mpmath.sinpi(x)) ** 2) for x in angles))
 
 
 @dataclass(frozen=True)
@@ -142,17 +146,6 @@ def state_points(heavy: Mass, light: Mass = 1) -> Floats:
     angles = (steps + 1) // 2 * (2.0 * theta_rad(heavy, light))
     side = np.where(steps % 2 == 0, 1.0, -1.0)
     return np.column_stack([-np.cos(angles), side * np.sin(angles)])
-
-
-def _squared_cotangent(parts: int) -> float:
-    """cot²(π/parts), the nearest float."""
-    if parts == 2:
-        return 0.0  # exactly; the cotangent would leave the rounding of π
-
-    import mpmath  # noqa: PLC0415 - see above
-
-    with mpmath.workprec(128):
-        return float(mpmath.cot(mpmath.pi / parts) ** 2)
 
 
 def _exact(mass: Mass, name: str) -> Fraction:
