@@ -22,7 +22,7 @@ from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import WallSide
 from count_video.result import AnyPath, Result
-from count_video.settings import Settings, TrialSettings, checked, trial_settings
+from count_video.settings import Settings, TrialSettings, trial_settings
 
 if TYPE_CHECKING:
     from count_video.planning.plan import Plan
@@ -134,7 +134,7 @@ def count_all(
         clip is listed twice with the same settings.
     """
     if jobs is not None:
-        checked("jobs", jobs, inputs.CLIPS_AT_A_TIME)
+        inputs.checked("jobs", jobs, inputs.CLIPS_AT_A_TIME)
     given = [paths] if isinstance(paths, str | PathLike) else paths
     wanted = jobs_of(map(Path, given), trial_settings(**settings))
     with closing(as_done(count_job, wanted, jobs)) as done:

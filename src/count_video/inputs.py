@@ -13,16 +13,17 @@ import json
 import os
 import re
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from io import BufferedReader
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 from count_video.errors import UsageError
 
+_Value = TypeVar("_Value")
 SHOWN_CHARACTERS = 80
 """Characters of a text from outside that are shown, as they are written in quotes."""
 LONGEST_PATH = 4096
@@ -156,6 +157,18 @@ def address(text: str) -> str:
     if found is None or not text.isascii() or not 0 < int(found[4]) < 65536:
         raise UsageError(f"{shown(text)} is not of the form tcp://HOST:PORT")
     return text
+
+
+def checked(name: str, value: Any, read: Callable[[str], _Value]) -> _Value:
+    """Read a value, which may be no text, by what reads it from text; an error has its name."""
+    text = str(value)
+    if not isinstance(value, str):
+        with suppress(TypeError):  # of one value
+            text = (" " if name == "masses" else ",").join(map(str, value))
+    try:
+        return read(text)
+    except UsageError as error:
+        raise UsageError(f"{name}: {error}") from error
 
 
 def shown(text: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 from count_video import inputs
 from count_video.errors import UsageError
-from count_video.inputs import shown
+from count_video.inputs import checked, shown
 
 if TYPE_CHECKING:  # NumPy takes time, and the command needs this module at once
     from count_video.outputs import CsvDialect
@@ -113,15 +112,3 @@ def trial_settings(**settings: Unpack[Settings]) -> TrialSettings:
         if given.get(name) is not None
     }
     return TrialSettings(**values, seen_only=bool(settings.get("seen_only", False)))
-
-
-def checked(name: str, value: Any, read: Callable[[str], object]) -> object:
-    """Read a value with the reader of the command line, which has the ranges."""
-    text = str(value)
-    if not isinstance(value, str):
-        with suppress(TypeError):  # of one value
-            text = (" " if name == "masses" else ",").join(map(str, value))
-    try:
-        return read(text)
-    except UsageError as error:
-        raise UsageError(f"{name}: {error}") from error

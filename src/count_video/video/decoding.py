@@ -14,8 +14,8 @@ import av
 import av.error
 from av.container import InputContainer
 
-from count_video.errors import FootageError, MachineError, UsageError
-from count_video.inputs import THREADS
+from count_video.errors import FootageError, MachineError
+from count_video.inputs import THREADS, checked
 from count_video.process import check_memory, usable_cores
 from count_video.video.opening import choose_stream, open_container, plain_words
 
@@ -157,7 +157,8 @@ class Reading:
 
 def read(path: Path) -> Reading:
     """Begin a pass through a file; raises as ``open_container`` and ``choose_stream`` do."""
-    threads = _threads_allowed()
+    cores = usable_cores()
+    allowed = checked(THREADS_VARIABLE, os.environ.get(THREADS_VARIABLE, cores), THREADS)
     container = open_container(path)
     try:
         stream = choose_stream(path, container)
@@ -169,16 +170,7 @@ def read(path: Path) -> Reading:
     # decoded by one thread: handing them over costs up to as much again.
     context = stream.codec_context
     pixels = max(1, context.width * context.height)
-    threads = max(1, min(threads, 50_000_000 // pixels))
+    threads = max(1, min(allowed, cores, 50_000_000 // pixels))
     stream.thread_type = "AUTO" if threads > 1 and pixels > 2_000_000 else "NONE"
     context.thread_count = threads
     return Reading(container, stream)
-
-
-def _threads_allowed() -> int:
-    """As many as cores, or fewer if so allowed."""
-    cores = usable_cores()
-    try:
-        return min(THREADS(os.environ.get(THREADS_VARIABLE, str(cores))), cores)
-    except UsageError as error:
-        raise UsageError(f"{THREADS_VARIABLE}: {error}") from error
