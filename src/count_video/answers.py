@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
-from count_video.alone import turns_on_both_sides
 from count_video.explanations import Explanation, doubted_for_missing
 from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import SWING_RATIO_SHARE
@@ -22,6 +21,7 @@ from count_video.records import (
     WallSide,
 )
 from count_video.reports.words import CLEARER, sentence, sentences, what_to_do
+from count_video.scenes import turns_on_both_sides
 from count_video.settings import TrialSettings
 from count_video.tracking.pairing import contradiction
 

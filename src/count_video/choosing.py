@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from count_video.alone import IMPACTS_OF_ONE_ALONE, turns_on_both_sides
 from count_video.explanations import Explanation
 from count_video.reasons import Cause, Reason
+from count_video.scenes import IMPACTS_OF_ONE_ALONE, turns_on_both_sides
 
 AT_ONCE_FRAMES = 1.0
 """Impacts of a body and of its shadow come at the same time, to a frame."""

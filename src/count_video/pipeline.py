@@ -15,7 +15,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from count_video.alone import of_one
 from count_video.answers import Followed, answer, knowledge, nothing_to_count
 from count_video.choosing import (
     is_settled,
@@ -25,11 +24,11 @@ from count_video.choosing import (
     stands_before,
 )
 from count_video.errors import TrackingError
-from count_video.pairs import of_pair
 from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reasons import Cause, Reason
 from count_video.reports.words import sentence
+from count_video.scenes import of_one, of_pair
 from count_video.settings import TrialSettings
 from count_video.tracking.beside import moves_beside, stands_beyond
 from count_video.tracking.observation import Observation, observe

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from count_video import answers, explanations
-from count_video.alone import at_a_stop
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL
@@ -23,6 +22,7 @@ from count_video.records import (
     Track,
     TrialResult,
 )
+from count_video.scenes import at_a_stop
 from count_video.settings import TrialSettings
 
 FRAMES, SPEED_PX, WIDTH_PX = 200, 3.0, 150.0

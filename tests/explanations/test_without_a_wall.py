@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from count_video.motion.fitted import NOTHING_KNOWN
-from count_video.pairs import without_a_wall
 from count_video.reasons import Cause
 from count_video.records import BodyTrack, MotionLine, Track
+from count_video.scenes import without_a_wall
 
 FRAMES, SIZE_PX, MEETS = 80, 20.0, 40.3
 AT_CORNER_PX = 1.0

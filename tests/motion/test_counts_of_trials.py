@@ -16,11 +16,11 @@ from filmed_trials import (
 
 from count_video.motion.fitted import NOTHING_KNOWN, Between, fit_burst
 from count_video.motion.seen import SeenCollisions, seen_collisions
-from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.reasons import Cause, Reason
 from count_video.records import Track, WallSide
+from count_video.scenes import of_pair
 from tiers import known_miss, rest_slow
 
 LIGHT_KG = 0.0105

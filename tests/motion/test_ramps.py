@@ -18,11 +18,11 @@ from count_video.motion.gaps import gaps_of
 from count_video.motion.seen import seen_collisions
 from count_video.motion.time_base import Ramp
 from count_video.motion.time_hypotheses import ramps_of, rate_changes
-from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.reasons import Cause
 from count_video.records import BodyTrack, Floats, FootageInfo, FootageReport, Track
+from count_video.scenes import of_pair
 from count_video.settings import TrialSettings
 
 LIGHT_KG = 0.0105

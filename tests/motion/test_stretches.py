@@ -13,11 +13,11 @@ from filmed_trials import FilmedTrial, Filming, film_motion, make_track, part
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.stretches import longest_shot, without_still
 from count_video.motion.time_base import at_rows
-from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Track
+from count_video.scenes import of_pair
 
 LIGHT_KG = 0.0105
 NOISE_PX = 0.03

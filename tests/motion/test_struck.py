@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film, resolving_fps
 
-from count_video.alone import of_one
 from count_video.answers import answer
 from count_video.explanations import Explanation
 from count_video.motion.fitted import Between, fit_burst
@@ -20,6 +19,7 @@ from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.reasons import Cause
 from count_video.records import FootageInfo, FootageReport, Track, WallSide
+from count_video.scenes import of_one
 from count_video.settings import TrialSettings
 from tiers import rest_slow
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from free_paths import alone, bouncing, noisy
 
-from count_video.alone import of_one
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts
@@ -14,6 +13,7 @@ from count_video.motion.meeting import seen_impacts
 from count_video.motion.parameters import Knowledge
 from count_video.reasons import Cause
 from count_video.records import SURE, Floats
+from count_video.scenes import of_one
 
 NOISE_PX = 0.3
 FLIGHT, PULL = 16.0, 14.0

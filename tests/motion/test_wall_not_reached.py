@@ -11,9 +11,9 @@ from filmed_trials import FilmedTrial, Filming, film
 from count_video.explanations import Explanation
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.gaps import gaps_of, turns_alone
-from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.reasons import Cause
+from count_video.scenes import of_pair
 
 LIGHT_KG = 0.0105
 LEAD_FRAMES, TAIL_FRAMES = 130, 130
