@@ -30,14 +30,14 @@ three blows five numbers show whether three describe them."""
 # ---- two bodies ----------------------------------------------------------------------------------
 
 
-def of_pair(
-    track: Track, known: Knowledge, stands_beyond: Callable[[Track], tuple[bool, bool]]
-) -> Explanation:
+StandsBeyond = Callable[[Track], tuple[bool, bool]]
+"""Whether one of two bodies comes from something as the clip begins, and goes to it as it ends."""
+
+
+def of_pair(track: Track, known: Knowledge, stands_beyond: StandsBeyond) -> Explanation:
     """Explain a track of two bodies, at a wall or, where none is shown, without one.
 
     Where the track as it is shows no trial, the longest stretch between cuts may show one.
-    ``stands_beyond`` says whether one of them comes from something as the clip begins, and whether
-    one goes to something as it ends.
     """
 
     def explained(part: Track) -> Explanation:
@@ -60,9 +60,7 @@ def _frames(cause: Cause, shown: Track) -> Reason:
     return Reason(cause, (float(shown.frame[0]), float(shown.frame[-1])))
 
 
-def _of_moving(
-    track: Track, known: Knowledge, stands_beyond: Callable[[Track], tuple[bool, bool]]
-) -> Explanation:
+def _of_moving(track: Track, known: Knowledge, stands_beyond: StandsBeyond) -> Explanation:
     """Explain a track without cuts and still pictures."""
     walled = at_wall(track, known) if track.wall_seen else None
     if walled is not None and not only_turns(track, walled.collisions):
@@ -71,9 +69,7 @@ def _of_moving(
     return free if walled is None or free.counts or walled.counts else walled
 
 
-def without_a_wall(
-    track: Track, known: Knowledge, stands_beyond: Callable[[Track], tuple[bool, bool]]
-) -> Explanation:
+def without_a_wall(track: Track, known: Knowledge, stands_beyond: StandsBeyond) -> Explanation:
     """Explain a track by two bodies that meet.
 
     Where one comes from something else as the clip begins, or goes to it as it ends, they may be
