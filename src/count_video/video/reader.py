@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing, suppress
-from itertools import chain, islice
+from itertools import chain, groupby, islice
 from pathlib import Path
 
 import numpy as np
 
 from count_video.errors import FootageError, UsageError
 from count_video.inputs import CAPTURE_RATE
-from count_video.records import Chroma, FootageInfo, FootageReport, Frame, Luma
+from count_video.records import FootageInfo, FootageReport, Frame
 from count_video.video.completeness import Promise, promise_of, shortcomings
 from count_video.video.decoding import Reading, Tally, read
 from count_video.video.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.video.pictures import chroma_of, luma_of
-from count_video.video.repeats import LONGEST_RUN, mark_repeats
+from count_video.video.repeats import LONGEST_RUN, Picture, mark_repeats
 
 CAPTURE_RATE_TAG = "com.android.capture.fps"
 """States the capture rate. Android's recorders write it; the container's own rate is then the rate
@@ -37,8 +36,8 @@ class Footage:
         self._promise = promise
         self._tally = Tally()
         self._stream: Generator[Frame, None, None] | None = None
-        self._runs = [0]
-        """Lengths of the runs of copies so far."""
+        self._copies: list[bool] = []
+        """Whether each frame so far is a copy."""
 
     def __enter__(self) -> Footage:
         return self
@@ -66,7 +65,8 @@ class Footage:
         tally, found = self._tally, list(shortcomings(self._promise, self._tally))
         warnings = [one.sentence for one in found]
         # A long run is a still picture, as it should be while nothing moves.
-        between = sum(run for run in self._runs if run <= LONGEST_RUN)
+        runs = (len(list(run)) for copy, run in groupby(self._copies) if copy)
+        between = sum(run for run in runs if run <= LONGEST_RUN)
         if between > 2:
             warnings.append(
                 f"{between} of {tally.pictures} frames repeat the one before them and are set "
@@ -82,32 +82,19 @@ class Footage:
         )
 
     def _frames(self, start: int, end: int | None, colour: bool) -> Generator[Frame, None, None]:
-        # Whether a frame is a copy is known when the next one is there: it waits here till then.
-        waiting: deque[tuple[Luma, Chroma | None]] = deque()
         turns = self.info.rotation_deg // 90
         # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
         with closing(read(self.info.path)) as reading:
-            self._tally, self._runs = reading.tally, [0]
-            copies = mark_repeats(self._lumas(reading, end, waiting, colour))
-            for index, copy in enumerate(copies):
-                if copy:
-                    self._runs[-1] += 1
-                elif self._runs[-1]:
-                    self._runs.append(0)
-                luma, chroma = waiting.popleft()
+            self._tally, self._copies = reading.tally, []
+            marked = mark_repeats(self._pictures(reading, end, colour))
+            for index, ((luma, chroma), copy) in enumerate(marked):
+                self._copies.append(copy)
                 if index >= start:
-                    if chroma is not None:
-                        chroma = np.rot90(chroma, turns, axes=(1, 2))
-                    yield Frame(index, np.rot90(luma, turns), copy, chroma)
+                    upright = None if chroma is None else np.rot90(chroma, turns, axes=(1, 2))
+                    yield Frame(index, np.rot90(luma, turns), copy, upright)
 
-    def _lumas(
-        self,
-        reading: Reading,
-        end: int | None,
-        waiting: deque[tuple[Luma, Chroma | None]],
-        colour: bool,
-    ) -> Iterator[Luma]:
-        """Yield the luma of every picture, as long as these keep their size."""
+    def _pictures(self, reading: Reading, end: int | None, colour: bool) -> Iterator[Picture]:
+        """Yield every picture, with ``colour`` if asked for, as long as they keep their size."""
         first = None
         for index, picture in enumerate(islice(reading.pictures, end)):
             luma = luma_of(picture)
@@ -123,8 +110,7 @@ class Footage:
                     f"{self.info.path}: more than {MOST_FRAMES} frames; give a part of the clip "
                     "with start and end"
                 )
-            waiting.append((luma, chroma_of(picture) if colour else None))
-            yield luma
+            yield luma, chroma_of(picture) if colour else None
 
 
 def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:

@@ -23,7 +23,7 @@ from collections.abc import Iterable, Iterator
 import cv2
 import numpy as np
 
-from count_video.records import Luma
+from count_video.records import Chroma, Luma
 
 DIP_SHARE, LONE_DIP_SHARE = 0.5, 0.3
 """A copy changes less than this share of what real frames change: re-encoded copies of filmed and
@@ -38,33 +38,37 @@ PERIODS_SEEN = 4
 """A cadence counts after so many periods without an exception."""
 
 
-def mark_repeats(lumas: Iterable[Luma]) -> Iterator[bool]:
-    """Yield for every picture whether it is a copy of the one before; runs one picture behind.
+Picture = tuple[Luma, Chroma | None]
+"""Brightness, and colour where it is asked for."""
+
+
+def mark_repeats(pictures: Iterable[Picture]) -> Iterator[tuple[Picture, bool]]:
+    """Yield every picture and whether it is a copy of the one before; runs one picture behind.
 
     The last three are kept.
     """
     judge = _Judge()
     window: deque[_Sample] = deque(maxlen=4)
-    for luma in lumas:
-        window.append(_Sample(luma, window[-1] if window else None))
+    for picture in pictures:
+        window.append(_Sample(picture, window[-1] if window else None))
         if len(window) > 1:
-            yield judge.is_copy(tuple(window)[:-1], window[-1])
+            yield window[-2].picture, judge.is_copy(tuple(window)[:-1], window[-1])
     if window:
-        yield judge.is_copy(tuple(window)[-3:], None)
+        yield window[-1].picture, judge.is_copy(tuple(window)[-3:], None)
 
 
 class _Sample:
     """One picture, thinned out, and how it differs from the one before."""
 
-    def __init__(self, luma: Luma, before: _Sample | None) -> None:
-        self.luma = luma
+    def __init__(self, picture: Picture, before: _Sample | None) -> None:
+        self.picture, luma = picture, picture[0]
         # Every body of use spans two of some 60 rows.
         self.rows = np.ascontiguousarray(luma[:: max(1, round(luma.shape[0] / 60))])
         self.brightness = cv2.mean(self.rows)[0]
         self.change, self.flicker = math.inf, 0.0
         if before is not None:
             # If no row differs, a body may still have moved between them.
-            self.change = _change(self.rows, before.rows) or _change(luma, before.luma)
+            self.change = _change(self.rows, before.rows) or _change(luma, before.picture[0])
             self.flicker = abs(self.brightness - before.brightness)
 
 
