@@ -228,8 +228,8 @@ def _hand(scene: Scene, lens: Lens) -> Hand:
     law = Law.hanging(
         setup.heavy_thread_m, setup.gravity_m_s2, setup.heavy_damping_per_s, setup.heavy_rest_m
     )
-    length_m = scene.cylinder.length_m
-    return Hand(paint_hand(lens), law, setup.heavy_start_m, length_m, scene.things.hand_s)
+    start_m, length_m = setup.heavy_rest_m + setup.release_m, scene.cylinder.length_m
+    return Hand(paint_hand(lens), law, start_m, length_m, scene.things.hand_s)
 
 
 def _cords(scene: Scene, raster: Raster, lens_m: float) -> Standing:

@@ -95,7 +95,8 @@ def test_before_time_zero_a_free_cylinder_comes_in_and_a_hung_one_waits() -> Non
     free_sample = simulate(FREE).sample(times)
     assert free_sample.heavy_face_m[0] - free_sample.heavy_face_m[1] == pytest.approx(0.5)
     hung = simulate(TABLE_1).sample(times)
-    assert hung.heavy_face_m[0] == hung.heavy_face_m[1] == pytest.approx(TABLE_1.heavy_start_m)
+    start_m = TABLE_1.heavy_rest_m + TABLE_1.release_m
+    assert hung.heavy_face_m[0] == hung.heavy_face_m[1] == pytest.approx(start_m)
 
 
 def test_a_cylinder_that_does_not_reach_the_ball_gives_no_burst() -> None:

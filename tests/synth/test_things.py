@@ -75,7 +75,8 @@ def test_a_person_stands_behind_the_bodies() -> None:
 def test_a_hand_covers_the_far_part_of_the_cylinder_until_it_lets_go() -> None:
     held = ("clip.start=release", "clip.lead_frames=1")
     scene = small_scene("ratio16", *SHORT)
-    face_m, length_m = scene.setup.heavy_start_m, scene.cylinder.length_m
+    face_m = scene.setup.heavy_rest_m + scene.setup.release_m
+    length_m = scene.cylinder.length_m
     along_m, up_m = changed_place("things.hand_s=0.3", base=held)
     assert along_m.min() > face_m + 0.1 * length_m
     on_axis = np.abs(up_m) < 0.01

@@ -69,11 +69,6 @@ class Setup:
         """Face of the cylinder at rest."""
         return self.wall_gap_m + self.ball_diameter_m + self.bodies_gap_m
 
-    @property
-    def heavy_start_m(self) -> float:
-        """Face of the cylinder at time 0."""
-        return self.heavy_rest_m + self.release_m
-
     def _check_pendulums(self) -> None:
         if self.gravity_m_s2 == 0:
             raise UsageError("gravity_m_s2 is 0; a suspended body needs weight, or choose free")
