@@ -12,14 +12,7 @@ from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import SWING_RATIO_SHARE
 from count_video.physics.theory import pi_bounds
 from count_video.reasons import Cause, Reason
-from count_video.records import (
-    Estimate,
-    FootageInfo,
-    FootageReport,
-    Track,
-    TrialResult,
-    WallSide,
-)
+from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult, WallSide
 from count_video.reports.words import CLEARER, sentence, sentences, what_to_do
 from count_video.scenes import turns_on_both_sides
 from count_video.settings import TrialSettings

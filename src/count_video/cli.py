@@ -111,12 +111,7 @@ def _answer_campaign(options: argparse.Namespace) -> int:
     from count_video.batch.summary import run_campaign, summarise
     from count_video.outputs import clear_unfinished
     from count_video.parallel import end_processes
-    from count_video.reports.campaign import (
-        campaign_text,
-        name_columns,
-        trial_heading,
-        trial_line,
-    )
+    from count_video.reports.campaign import campaign_text, name_columns, trial_heading, trial_line
     from count_video.reports.exports import json_line
 
     folder, kind, dialect = options.output, options.picture_format, options.csv_dialect

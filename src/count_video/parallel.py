@@ -27,9 +27,7 @@ ATTEMPTS = 2
 KILL_TIMEOUT_S = 2
 THREADS_A_PROCESS = 8
 """Who starts a process has two threads for it, and the process has some of its own."""
-_ONE_THREAD = (
-    *("COUNT_VIDEO_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"),
-)
+_ONE_THREAD = ("COUNT_VIDEO_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment variables that are 1 for the processes, unless they are set already."""
 
 
