@@ -107,10 +107,7 @@ def count_with(path: Path, settings: TrialSettings, progress: Progress = NO_PROG
 
 
 def count_all(
-    paths: AnyPath | Iterable[AnyPath],
-    *,
-    jobs: int | None = None,
-    **settings: Unpack[Settings],
+    paths: AnyPath | Iterable[AnyPath], *, jobs: int | None = None, **settings: Unpack[Settings]
 ) -> Iterator[Result]:
     """Count many clips at the same time and yield each result as it comes.
 

@@ -128,10 +128,7 @@ class ResultStore:
 
     def _kept(self, job: Job) -> Mapping[str, Any]:
         """Return what the kept result depends on; empty unless options and tool are the same."""
-        with (
-            suppress(OSError, UsageError, ValueError),
-            regular_file(self._kept_place(job)) as file,
-        ):
+        with suppress(OSError, UsageError, ValueError), regular_file(self._kept_place(job)) as file:
             kept = json_value(file.readline(_MOST_BYTES))
             if isinstance(kept, dict) and isinstance(kept.get("evidence"), dict):
                 return kept if _made_with(job).items() <= kept.items() else {}

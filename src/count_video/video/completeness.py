@@ -12,7 +12,7 @@ from pathlib import Path
 import av
 import av.error
 
-from count_video.video.decoding import Reading, Tally, read
+from count_video.video.decoding import Reading, Tally, reading_of
 
 GAP_SHARE = 5.0
 """Steps so many times the usual one come of no variable rate: phones stay below 4."""
@@ -135,7 +135,7 @@ def _stated_end_s(reading: Reading) -> tuple[float, float]:
 def _packets_shown(path: Path) -> int:
     """Count the packets that should give a picture."""
     number = 0
-    with closing(read(path)) as again:
+    with closing(reading_of(path)) as again:
         # RFC 6386, section 9.1: bit 4 of a frame's first byte says whether VP8 shows it.
         is_vp8 = again.stream.codec_context.name == "vp8"
         with suppress(av.error.FFmpegError):  # counting meets the same error, and reports it

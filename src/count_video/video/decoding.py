@@ -155,7 +155,7 @@ class Reading:
         yield None
 
 
-def read(path: Path) -> Reading:
+def reading_of(path: Path) -> Reading:
     """Begin a pass through a file; raises as ``open_container`` and ``choose_stream`` do."""
     cores = usable_cores()
     allowed = checked(THREADS_VARIABLE, os.environ.get(THREADS_VARIABLE, cores), THREADS)

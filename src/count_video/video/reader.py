@@ -14,7 +14,7 @@ from count_video.errors import FootageError, UsageError
 from count_video.inputs import CAPTURE_RATE
 from count_video.records import FootageInfo, FootageReport, Frame
 from count_video.video.completeness import Promise, promise_of, shortcomings
-from count_video.video.decoding import Reading, Tally, read
+from count_video.video.decoding import Reading, Tally, reading_of
 from count_video.video.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.video.pictures import chroma_of, luma_of
 from count_video.video.repeats import LONGEST_RUN, Picture, mark_repeats
@@ -84,7 +84,7 @@ class Footage:
     def _frames(self, start: int, end: int | None, colour: bool) -> Generator[Frame, None, None]:
         turns = self.info.rotation_deg // 90
         # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
-        with closing(read(self.info.path)) as reading:
+        with closing(reading_of(self.info.path)) as reading:
             self._tally, self._copies = reading.tally, []
             marked = mark_repeats(self._pictures(reading, end, colour))
             for index, ((luma, chroma), copy) in enumerate(marked):
@@ -118,7 +118,7 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
 
     ``capture_fps`` are the camera's frames per second of real time, if the user knows them.
     """
-    with closing(read(path)) as reading:
+    with closing(reading_of(path)) as reading:
         first = next(reading.pictures, None)
         if first is None:
             raise FootageError(
