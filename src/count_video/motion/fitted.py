@@ -207,7 +207,7 @@ def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats
         return rough, None
     grown = rivals.grow(rough)
     # If none is hidden among those seen, all their times lead to a fit that is near.
-    seen = rivals.led(found.burst, grown.values)
+    seen = grown if found.burst == grown.count else rivals.led(found.burst, grown.values)
     rivals.add(found.burst, (seen if _is_near(seen) else grown).values)
     if not _is_near(grown):
         return rough, None
