@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import signal
@@ -259,28 +258,3 @@ def test_the_record_is_one_json_object_a_line(folder: OutputFolder) -> None:
     assert [json.loads(line) for line in lines if line] == [
         {"name": "a\udcff\n.html", "clip": "digest"}
     ]
-
-
-TABLE = 'name,frame,text\na,12.50,"1.5; or 2"\nb,-0.25,v1.2\nc,3,1e-05\n1.5,,2.5e-05\n'
-
-
-def test_a_table_is_written_as_other_spreadsheets_read_it(tmp_path: Path) -> None:
-    outputs = open_outputs(tmp_path, csv_dialect="semicolon")
-    outputs.write("table.csv", TABLE.encode())
-    outputs.write("notes.json", TABLE.encode())
-    lines = list(
-        csv.reader((tmp_path / "table.csv").read_text("utf-8").splitlines(), delimiter=";")
-    )
-    assert lines == [
-        ["name", "frame", "text"],
-        ["a", "12,50", "1.5; or 2"],  # a text is no number
-        ["b", "-0,25", "v1.2"],
-        ["c", "3", "1e-05"],
-        ["1.5", "", "2,5e-05"],  # nor is a name
-    ]
-    assert (tmp_path / "notes.json").read_text("utf-8") == TABLE
-
-
-def test_a_table_is_left_as_it_is_unless_asked(tmp_path: Path) -> None:
-    open_outputs(tmp_path).write("table.csv", TABLE.encode())
-    assert (tmp_path / "table.csv").read_text("utf-8") == TABLE

@@ -124,7 +124,7 @@ def _answer_campaign(options: argparse.Namespace) -> int:
         if folder is not None:
             own = [name.format(kind) for name in OWN_FILES]
             _refuse_to_overwrite_manifests(options, own)
-            store = stack.enter_context(open_store(folder, own, dialect, fresh=options.fresh))
+            store = stack.enter_context(open_store(folder, own, fresh=options.fresh))
             if names := [job.name for job in jobs if store.shows_another_clip(job)]:
                 results = f"{plural(len(names), 'result')} of other clips of the same names"
                 _complain(f"{folder}: replaces {results} ({names[0]} first)")
@@ -146,7 +146,7 @@ def _answer_campaign(options: argparse.Namespace) -> int:
         if store is not None:
             files = [folder / name for name in own]
             try:
-                store.write_campaign(rows, summary, kind)
+                store.write_campaign(rows, summary, kind, dialect)
             except OSError as error:
                 _complain(_not_written(files, error))
                 return EXIT_NOT_COUNTED
@@ -299,13 +299,13 @@ def _answer_plan(options: argparse.Namespace) -> int:
         from count_video.outputs import open_outputs
         from count_video.reports.plan_picture import NAMES, plan_files
 
-        outputs = open_outputs(options.output, NAMES, options.csv_dialect)
+        outputs = open_outputs(options.output, NAMES)
     wanted = kept or options.trials is not None
     progress = _progress("steps")
     plan = make_plan(request, with_table=wanted, with_chart=kept, progress=progress)
     if kept:
         progress.start(len(NAMES), "drawing")
-        outputs.write_all(counted_off(plan_files(plan), progress))
+        outputs.write_all(counted_off(plan_files(plan, options.csv_dialect), progress))
         progress.finish()
     if options.json:
         import json

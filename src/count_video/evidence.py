@@ -132,7 +132,7 @@ class _Files:
         """Let a file appear under its name when it is complete."""
         target = self.claim(suffix)
         with explained(target):
-            write_whole(target, self.outputs.as_written(target.name, data))
+            write_whole(target, data)
 
 
 def open_files(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
@@ -145,14 +145,15 @@ def open_files(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
     suffixes += [f"{panel}.{kind}" for panel in PANELS]
     suffixes += ["presenter.mp4", "presenter.gif"] if evidence.presenter else []
     names = [f"{name}.{suffix}" for suffix in suffixes]
-    outputs = open_outputs(evidence.folder, names, evidence.csv_dialect)
+    outputs = open_outputs(evidence.folder, names)
     return _Files(outputs, evidence, name, path)
 
 
 def _write_all(path: Path, material: Material, files: _Files, progress: Progress) -> None:
     result, track = material.result, material.track
-    files.write("track.csv", table_csv(track_array(track, result), frame=".0f").encode("ascii"))
-    files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
+    dialect, rows = files.wanted.csv_dialect, track_array(track, result)
+    files.write("track.csv", table_csv(rows, dialect, frame=".0f").encode("ascii"))
+    files.write("collisions.csv", table_csv(collisions_array(result), dialect).encode("ascii"))
     annotated, shape = files.claim("annotated.mp4"), files.wanted.presenter
     with open_footage(path) as footage:
         info, collisions = footage.info, [c.frame for c in result.collisions]

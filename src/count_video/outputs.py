@@ -12,9 +12,7 @@ killed, and goes when a folder is opened again.
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import json
 import os
 import re
@@ -24,7 +22,6 @@ import uuid
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Literal
 
 from count_video.errors import UsageError
 from count_video.inputs import content_digest, json_value
@@ -45,12 +42,6 @@ else:
 
 
 HIDDEN = ".count-video"
-CsvDialect = Literal["comma", "semicolon"]
-"""How tables are written: cells between commas with decimal points, or cells between semicolons
-with decimal commas, as spreadsheets in many countries read them."""
-_POINTED = re.compile(r"-?[0-9]+\.[0-9]+(e[+-]?[0-9]+)?")
-_TEXTS = ("name", "clip", "reason", "what_to_do")
-"""Columns of tables in which no number is written otherwise."""
 LONGEST_NAME_BYTES = 238
 """File systems take 255; ``.phase-circle.png`` is added to it."""
 _RECORD = "written"
@@ -65,11 +56,10 @@ _unfinished: set[Path] = set()
 class OutputFolder:
     """A folder that results go to."""
 
-    def __init__(self, folder: Path, csv_dialect: CsvDialect = "comma") -> None:
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.hidden = folder / HIDDEN
         """Where the folder keeps what only this program reads."""
-        self._csv_dialect = csv_dialect
         self._written: dict[str, str] = {}
         self._read_to = 0
 
@@ -120,7 +110,7 @@ class OutputFolder:
     def write(self, name: str, data: bytes, clip: str = "") -> None:
         """Claim and write a file; raises as :meth:`claim` does."""
         self.claim(name, clip)
-        write_whole(self.folder / name, self.as_written(name, data))
+        write_whole(self.folder / name, data)
 
     def write_all(self, files: Iterable[tuple[str, bytes]]) -> None:
         """Write files by their names; UsageError if one cannot be written, or is not ours."""
@@ -128,26 +118,8 @@ class OutputFolder:
             with explained(self.folder / name):
                 self.write(name, data)
 
-    def as_written(self, name: str, data: bytes) -> bytes:
-        """Return what a file of this name holds: a table in the folder's dialect, else ``data``."""
-        if not name.endswith(".csv") or self._csv_dialect == "comma":
-            return data
-        target = io.StringIO()
-        writer = csv.writer(target, delimiter=";", lineterminator="\n")
-        table = list(csv.reader(io.StringIO(data.decode("utf-8"), newline="")))
-        texts = [name in _TEXTS for head in table[:1] for name in head]
-        for row in table:
-            cells = zip(row, texts, strict=True)
-            writer.writerow(
-                one.replace(".", ",") if not text and _POINTED.fullmatch(one) else one
-                for one, text in cells
-            )
-        return target.getvalue().encode("utf-8")
 
-
-def open_outputs(
-    folder: Path, names: Iterable[str] = (), csv_dialect: CsvDialect = "comma"
-) -> OutputFolder:
+def open_outputs(folder: Path, names: Iterable[str] = ()) -> OutputFolder:
     """Open a folder for results, made if needed, and clear away what killed processes left.
 
     UsageError if that fails, or if one of the ``names`` to be written is a file of somebody else.
@@ -161,7 +133,7 @@ def open_outputs(
         clear_unfinished(hidden)
     except OSError as error:
         raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
-    outputs = OutputFolder(folder, csv_dialect)
+    outputs = OutputFolder(folder)
     for name in names:
         outputs.check(name)
     return outputs

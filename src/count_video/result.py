@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from count_video.answers import Followed
 from count_video.errors import CountVideoError, UsageError, reason_of
 from count_video.inputs import Signature, signature
-from count_video.outputs import CsvDialect
 from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, Estimate, Track, TrialResult
 from count_video.reports.exports import collisions_array, json_object, track_array
 from count_video.reports.text import headline, result_text
-from count_video.settings import EvidenceSettings, PictureFormat, Shape
+from count_video.settings import CsvDialect, EvidenceSettings, PictureFormat, Shape
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

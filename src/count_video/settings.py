@@ -13,11 +13,13 @@ from count_video.errors import UsageError
 from count_video.inputs import checked, shown
 
 if TYPE_CHECKING:  # NumPy takes time, and the command needs this module at once
-    from count_video.outputs import CsvDialect
     from count_video.physics.theory import Mass
     from count_video.records import WallSide
 
 PictureFormat = Literal["png", "svg"]
+CsvDialect = Literal["comma", "semicolon"]
+"""How tables are written: cells between commas with decimal points, or cells between semicolons
+with decimal commas, as spreadsheets in many countries read them."""
 Shape = Literal["wide", "upright"]
 
 

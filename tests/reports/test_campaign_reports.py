@@ -65,6 +65,17 @@ def cells_of(*rows: TrialRow) -> list[dict[str, str]]:
     return list(csv.DictReader(io.StringIO(trials_csv(rows))))
 
 
+def test_a_table_is_written_as_other_spreadsheets_read_it() -> None:
+    trial = row("1.5", chance=0.25, reason="1.5; or 2", energy_kept=(2.5e-5,))
+    (cells,) = csv.DictReader(io.StringIO(trials_csv([trial], "semicolon")), delimiter=";")
+    assert cells["probability"] == "0,25"
+    assert cells["energy_kept"] == "2,5e-05"
+    assert cells["theory"] == ""
+    assert cells["name"] == "1.5"  # a text is no number
+    assert cells["reason"] == "1.5; or 2"
+    assert cells_of(trial)[0]["probability"] == "0.25"
+
+
 @pytest.mark.parametrize(
     ("trial", "doubtful"),
     [

@@ -26,10 +26,11 @@ from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
 from count_video.errors import UsageError
 from count_video.inputs import content_digest, json_value, read_text, regular_file, signature
-from count_video.outputs import CsvDialect, OutputFolder, held, open_outputs, write_whole
+from count_video.outputs import OutputFolder, held, open_outputs, write_whole
 from count_video.reports.campaign import CampaignSummary, TrialRow
 from count_video.reports.exports import campaign_json, json_line, trials_csv
 from count_video.reports.words import storable
+from count_video.settings import CsvDialect, PictureFormat
 
 OWN_FILES = ("campaign.html", "trials.csv", "campaign.json", "campaign.{}")
 """What belongs to a campaign as a whole; the last is the picture, by its format."""
@@ -110,10 +111,14 @@ class ResultStore:
             self.outputs.write(self._place(job).name, f"{json_line(found.result)}\n".encode())
 
     def write_campaign(
-        self, rows: Sequence[TrialRow], summary: CampaignSummary, picture_format: str
+        self,
+        rows: Sequence[TrialRow],
+        summary: CampaignSummary,
+        picture_format: PictureFormat,
+        csv_dialect: CsvDialect,
     ) -> None:
         """Write what the trials say together, each file whole or not at all."""
-        self.outputs.write("trials.csv", trials_csv(rows).encode())
+        self.outputs.write("trials.csv", trials_csv(rows, csv_dialect).encode())
         self.outputs.write("campaign.json", campaign_json(rows, summary).encode())
         from count_video.reports.figure import campaign_files  # noqa: PLC0415 - matplotlib
 
@@ -146,15 +151,13 @@ class ResultStore:
 
 
 @contextmanager
-def open_store(
-    folder: Path, own: Iterable[str] = (), csv_dialect: CsvDialect = "comma", *, fresh: bool
-) -> Iterator[ResultStore]:
+def open_store(folder: Path, own: Iterable[str] = (), *, fresh: bool) -> Iterator[ResultStore]:
     """Open a folder for results, made if needed, for this process alone.
 
     UsageError if that fails, another run is at work in it, or one of the campaign's ``own`` files
     is somebody else's.
     """
-    outputs = open_outputs(folder, own, csv_dialect)
+    outputs = open_outputs(folder, own)
     with held(outputs.hidden / "lock"):
         yield ResultStore(outputs, fresh)
 

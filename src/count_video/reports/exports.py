@@ -24,6 +24,7 @@ from count_video.planning.request import PLAN_VERSION, request_object
 from count_video.records import Track, TrialResult, Velocities
 from count_video.reports.campaign import CampaignSummary, TrialRow, advice
 from count_video.reports.words import printable, storable
+from count_video.settings import CsvDialect
 
 if TYPE_CHECKING:
     from count_video.planning.plan import Plan
@@ -212,38 +213,43 @@ def collisions_array(result: TrialResult) -> NDArray[np.void]:
     return np.array(rows, COLLISION_COLUMNS)
 
 
-def table_csv(table: NDArray[np.void], **formats: str) -> str:
+def table_csv(table: NDArray[np.void], dialect: CsvDialect = "comma", **formats: str) -> str:
     """Write a structured array, shape (rows,), as CSV with a heading; NaN is an empty cell.
 
     ``formats`` are those of numbers in columns that are not written as usual.
     """
-    names = table.dtype.names or ()
-    wanted = [(_FORMATS | formats).get(name, ".4f") for name in names]
-    return _csv(names, ([*map(_cell, row, wanted)] for row in table.tolist()))
+    wanted = _FORMATS | formats
+    columns = {name: wanted.get(name, ".4f") for name in table.dtype.names or ()}
+    return _csv(columns, table.tolist(), dialect)
 
 
-def trials_csv(trials: Sequence[TrialRow]) -> str:
+def trials_csv(trials: Sequence[TrialRow], dialect: CsvDialect = "comma") -> str:
     """Write the trials of a campaign as CSV, those that need a person first.
 
     What is not known is an empty cell.
     """
     ordered = sorted(trials, key=lambda trial: not trial.needs_a_person)
-    rows = ([_cell(value(trial), ".6g") for value in TRIAL_COLUMNS.values()] for trial in ordered)
-    return _csv(TRIAL_COLUMNS, rows)
+    rows = ([value(trial) for value in TRIAL_COLUMNS.values()] for trial in ordered)
+    return _csv(dict.fromkeys(TRIAL_COLUMNS, ".6g"), rows, dialect)
 
 
-def _csv(names: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
+def _csv(columns: Mapping[str, str], rows: Iterable[Iterable[object]], dialect: CsvDialect) -> str:
+    """Write rows under the names of their columns, numbers in the format of their column."""
     target = io.StringIO()
-    writer = csv.writer(target, lineterminator="\n")
-    writer.writerow(names)
-    writer.writerows(rows)
+    delimiter, point = (",", ".") if dialect == "comma" else (";", ",")
+    writer = csv.writer(target, delimiter=delimiter, lineterminator="\n")
+    writer.writerow(columns)
+    for row in rows:
+        cells = zip(row, columns.values(), strict=True)
+        writer.writerow(_cell(value, number, point) for value, number in cells)
     return target.getvalue()
 
 
-def _cell(value: object, number: str) -> str:
+def _cell(value: object, number: str, point: str) -> str:
     """Write a value as a cell; ``number`` is the format of a float."""
     if value is None or isinstance(value, float):
-        return f"{value:z{number}}" if value is not None and math.isfinite(value) else ""
+        known = value is not None and math.isfinite(value)
+        return f"{value:z{number}}".replace(".", point) if known else ""
     if isinstance(value, bool):
         return "yes" if value else "no"
     text = printable(str(value))

@@ -46,6 +46,7 @@ from count_video.reports.material import Material
 from count_video.reports.page import data_address, plan_page
 from count_video.reports.panels import draw_enlarged, draw_states, draw_whole
 from count_video.reports.plan_text import plan_headline
+from count_video.settings import CsvDialect
 
 RATES_FPS = (60, 120, 240, 480, 960, 2000, 4000, 8000, 16_000, 32_000, 64_000, 128_000)
 """Rates whose contours are drawn, where they lie on the map."""
@@ -226,10 +227,11 @@ NAMES = ("plan.json", "plan.csv", "plan.html", "plan.png", "plan.svg")
 """Files of a plan."""
 
 
-def plan_files(plan: Plan) -> Iterator[tuple[str, bytes]]:
+def plan_files(plan: Plan, csv_dialect: CsvDialect = "comma") -> Iterator[tuple[str, bytes]]:
     """Yield the names of the files, and what each holds."""
     yield "plan.json", json.dumps(plan_object(plan), indent=1).encode("ascii") + b"\n"
-    yield "plan.csv", b"" if plan.chart is None else table_csv(plan.chart.ravel()).encode("ascii")
+    table = "" if plan.chart is None else table_csv(plan.chart.ravel(), csv_dialect)
+    yield "plan.csv", table.encode("ascii")
     figure = plan_figure(plan)
     yield "plan.svg", picture_bytes(figure, "svg")
     picture = picture_bytes(figure, "png")
