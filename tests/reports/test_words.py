@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from count_video.reasons import Cause, Reason
-from count_video.reports.words import TO_DO, sentence, sentences, what_to_do
+from count_video.reports.words import SAID, sentence, sentences, what_to_do
 
 FIGURES = (12.0, 15.0, 1.0)
 """As many as any cause has."""
@@ -51,7 +51,7 @@ UNUSUAL = {
 
 @pytest.mark.parametrize("cause", [one for one in Cause if one not in UNUSUAL])
 def test_one_thing_can_be_done_about_each_cause(cause: Cause) -> None:
-    assert what_to_do([Reason(cause)]) in TO_DO
+    assert what_to_do([Reason(cause)]) in SAID
 
 
 def test_what_helps_against_several_causes_is_said_once() -> None:

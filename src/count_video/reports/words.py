@@ -105,147 +105,140 @@ def answer_text(
 
 # ---- what stands against a count, leaves it in doubt, or is unusual about a clip ---------------
 
-SENTENCES: Final = {
-    Cause.NO_COLLISION: "no collision is seen: no gap between two bodies closes and opens with a "
-    "jump",
-    Cause.NEVER_TOUCH: "the two bodies that move never touch: where they turn back, a gap stays "
-    "between them",
-    Cause.STARTS_MOVING: "the clip starts after the first collision: the ball already moves to the "
-    "wall",
-    Cause.STARTS_CLOSE: "the clip starts too close to its first collision to show whether the ball "
-    "was at rest",
-    Cause.STARTS_LATE: "the clip starts after the first collision: the ball is not at rest before "
-    "the first one seen",
-    Cause.ENDS_WITHIN: "the clip ends before the burst can be over: after the last collision seen "
-    "ball and cylinder do not part and leave the wall",
-    Cause.ENDS_BEFORE_NEXT: "the clip ends before the burst can be over: by the fitted motion more "
-    "collisions follow, with a probability of {chance}",
-    Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
-    "some were missed, or something else was taken for a body",
-    Cause.WALL_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the wall was "
-    "missed",
-    Cause.BODY_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the cylinder "
-    "was missed",
-    Cause.WALL_NOT_REACHED: "between frames {:.1f} and {:.1f} the ball turned round by itself: it "
-    "did not reach the wall",
-    Cause.UNRESOLVED: "collisions follow each other within {:.2g} pictures, less than the {} that "
-    "show each for certain",
-    Cause.FRAMES_MISSING: "{missing} missing, in which collisions may have happened",
-    Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
-    "and jumps nowhere; if it is the cylinder of a trial, its ball could not be followed",
-    Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
-    Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
-    Cause.FIRST_UNSEEN: "no picture shows the first impact; that there was one, about frame "
-    "{:.0f}, follows from the flight after it",
-    Cause.LAST_UNSEEN: "no picture shows the last impact; that there was one, about frame "
-    "{:.0f}, follows from the flights before it",
-    Cause.TURNS_OPEN: "whether {turns} at the stop may be called impacts is not clear",
-    Cause.NOT_TURNED: "by all flights together the body does not surely turn round in {frames}: "
-    "other impacts may be missed there",
-    Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
-    Cause.TOO_FREQUENT: "impacts follow each other faster than the pictures show, or the body came "
-    "back to its stop while no picture shows it: some may be missed",
-    Cause.DIES_OUT: "the last bounces are lower than the pictures show: they are not counted",
-    Cause.WALL_BEHIND: "the clip begins while a body comes from something that stands still, which "
-    "it may have struck",
-    Cause.WALL_AHEAD: "the clip ends while a body moves towards something that stands in its way, "
-    "which may be a wall",
-    Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant is "
-    "not known",
-    Cause.OTHERS_MOVE: "one body has impacts ({:.0f}) where more move by themselves ({:.0f}): it "
-    "may be the ball of a trial whose cylinder could not be followed",
-    Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall",
-    Cause.STRUCK: "something that could not be followed strikes the body at rest in frame "
-    "{:.0f}: it may be the ball of a trial whose cylinder was not found",
-    Cause.STRUCK_MOVING: "the body leaves the impact in frame {:.0f} faster than it came: what it "
-    "struck moves; it may be the ball of a trial whose cylinder was not found",
-    Cause.HEAVY_UNSEEN: "the cylinder could not be followed: it is known only by what it does to "
-    "the ball",
-    Cause.MOVES_BESIDE: "something that could not be followed moves where the body turns in frame "
-    "{:.0f}: the body may be one of a trial whose other body was not found",
-    Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it is "
-    "the cylinder of a trial whose ball was not found",
-    Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else",
-    Cause.LOST: "one of the bodies could not be followed beyond frame {:.0f}, though it does not "
-    "leave the picture there: more collisions may have happened",
-    Cause.ENDS_TOGETHER: "the clip ends before the bodies have parted",
-    Cause.STARTS_TOGETHER: "the clip starts when the bodies are next to each other",
-    Cause.PARTS_OF_BODIES: "what was followed as ball and cylinder may be parts of them: their "
-    "outlines do not meet where they collide, and their motion shows no momentum to be kept",
-    Cause.OTHERS_LIKELY: "that the impacts seen ({:.0f}) are all of them is {:.0%} probable",
-    Cause.MODEL_LACKS_FRAMES: "too few frames surround the collisions to fit a model of the motion "
-    "to them",
-    Cause.MODEL_FITS_NOTHING: "no motion of two bodies and a wall resembles the track",
-    Cause.MODEL_DIFFERS: "the fitted collisions are not those that were seen",
-    Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.2f} px where {:.2f} are "
-    "allowed: something else took part than the bodies that were followed",
-    Cause.MODEL_LEAVES_OPEN: "{open_counts}",
-    Cause.TOO_MANY: "there are some {:.0f} collisions or more: a track does not show how many",
-    Cause.LIGHTER: "by the motion the cylinder is much lighter than the ball, and not fitted",
-    Cause.MASSES_WOULD_HELP: "the masses would narrow it down",
-    Cause.GAP_MADE_UP_FOR: "frames are left out after frame {0:.0f} (about {1:.0f})",
-    Cause.OTHER_SHOTS: "the clip is cut: of its shots only the longest is counted, frames {:.0f} "
-    "to {:.0f}; choose another with --start and --end",
-    Cause.STANDS_STILL: "the bodies stand still but for frames {:.0f} to {:.0f}, which alone are "
-    "counted",
-    Cause.RATE_CHANGES: "the rate of the footage changes at {changes}, by a factor of "
-    "{0:.0f}: no rate gives times, and velocities are those of the frames next to each collision",
-    Cause.OUTLINES_LEAVE_OPEN: "one of the bodies is not outlined rightly, which makes collisions "
-    "between the frames less sure",
-    Cause.OUTLINES_APART: "the outlines of ball and cylinder {apart} px where they touch: the "
-    "ball's width is not sure enough for a scale in millimetres",
-    Cause.ENERGY_GAINED: "by the fitted motion the bodies gain energy (up to {:.0%} of the first "
-    "state's): the rate of the frames may change within the clip, and then velocities, restitution "
-    "and mass ratio are wrong",
-    Cause.MASSES_UNUSED: "--masses is not used: no ball and cylinder at a wall were found",
-    Cause.MASSES_CONTRADICT: "the masses given have the ratio {given}, the motion shows "
-    "{measured}: check --masses, the cylinder's first",
-}
-
 CLEARER: Final = (
     "film from nearer, with more light and before a plain background, or show the bodies' part of "
     "the picture alone with --region X,Y,W,H"
 )
 """What to do where the bodies could not be followed."""
-TO_DO: Final = {
-    "copy the file again from the camera, whole": {Cause.FRAMES_MISSING},
-    "move the wall nearer to the ball, or pull the cylinder further back": {Cause.WALL_NOT_REACHED},
+SAID: Final[Mapping[str, Mapping[Cause, str]]] = {
+    "copy the file again from the camera, whole": {
+        Cause.FRAMES_MISSING: "{missing} missing, in which collisions may have happened",
+    },
+    "move the wall nearer to the ball, or pull the cylinder further back": {
+        Cause.WALL_NOT_REACHED: "between frames {:.1f} and {:.1f} the ball turned round by itself: "
+        "it did not reach the wall",
+    },
     "start the clip well before the first collision, with the ball at rest": {
-        *(Cause.STARTS_MOVING, Cause.STARTS_CLOSE, Cause.STARTS_LATE, Cause.STARTS_TOGETHER),
-        *(Cause.BEFORE_UNSEEN, Cause.FIRST_UNSEEN, Cause.WALL_BEHIND),
+        Cause.STARTS_MOVING: "the clip starts after the first collision: the ball already moves to "
+        "the wall",
+        Cause.STARTS_CLOSE: "the clip starts too close to its first collision to show whether the "
+        "ball was at rest",
+        Cause.STARTS_LATE: "the clip starts after the first collision: the ball is not at rest "
+        "before the first one seen",
+        Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
+        Cause.FIRST_UNSEEN: "no picture shows the first impact; that there was one, about frame "
+        "{:.0f}, follows from the flight after it",
+        Cause.WALL_BEHIND: "the clip begins while a body comes from something that stands still, "
+        "which it may have struck",
+        Cause.STARTS_TOGETHER: "the clip starts when the bodies are next to each other",
     },
     "let the clip run until the bodies have parted for good": {
-        *(Cause.ENDS_WITHIN, Cause.ENDS_BEFORE_NEXT, Cause.ENDS_TOGETHER, Cause.LAST_UNSEEN),
-        *(Cause.CUT_AT_STOP, Cause.WALL_AHEAD, Cause.UNLIKE),
+        Cause.ENDS_WITHIN: "the clip ends before the burst can be over: after the last collision "
+        "seen ball and cylinder do not part and leave the wall",
+        Cause.ENDS_BEFORE_NEXT: "the clip ends before the burst can be over: by the fitted motion "
+        "more collisions follow, with a probability of {chance}",
+        Cause.LAST_UNSEEN: "no picture shows the last impact; that there was one, about frame "
+        "{:.0f}, follows from the flights before it",
+        Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
+        Cause.WALL_AHEAD: "the clip ends while a body moves towards something that stands in its "
+        "way, which may be a wall",
+        Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall",
+        Cause.ENDS_TOGETHER: "the clip ends before the bodies have parted",
     },
     "film at a higher rate: --plan gives the one that shows every collision": {
-        *(Cause.WALL_MISSED, Cause.BODY_MISSED, Cause.UNRESOLVED, Cause.TOO_FREQUENT),
-        *(Cause.MODEL_LACKS_FRAMES, Cause.MODEL_LEAVES_OPEN),
+        Cause.WALL_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the wall "
+        "was missed",
+        Cause.BODY_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the "
+        "cylinder was missed",
+        Cause.UNRESOLVED: "collisions follow each other within {:.2g} pictures, less than the {} "
+        "that show each for certain",
+        Cause.TOO_FREQUENT: "impacts follow each other faster than the pictures show, or the body "
+        "came back to its stop while no picture shows it: some may be missed",
+        Cause.MODEL_LACKS_FRAMES: "too few frames surround the collisions to fit a model of the "
+        "motion to them",
+        Cause.MODEL_LEAVES_OPEN: "{open_counts}",
     },
-    "use a smaller mass ratio: no clip shows so many collisions": {Cause.TOO_MANY},
-    "give the masses with --masses": {Cause.MASSES_WOULD_HELP},
+    "use a smaller mass ratio: no clip shows so many collisions": {
+        Cause.TOO_MANY: "there are some {:.0f} collisions or more: a track does not show how many",
+    },
+    "give the masses with --masses": {
+        Cause.MASSES_WOULD_HELP: "the masses would narrow it down",
+    },
     "show nothing but the trial: cut the rest away with --start, --end and --region X,Y,W,H, or "
     "name the side of the wall with --wall": {
-        *(Cause.STRAYS, Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS, Cause.MODEL_FITS_NOTHING),
-        Cause.LIGHTER,
-        *(Cause.NEVER_TOUCH, Cause.MEETS_OTHERS, Cause.OTHERS_MOVE, Cause.SEVERAL_BOUNCE),
+        Cause.NEVER_TOUCH: "the two bodies that move never touch: where they turn back, a gap "
+        "stays between them",
+        Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
+        "some were missed, or something else was taken for a body",
+        Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant "
+        "is not known",
+        Cause.OTHERS_MOVE: "one body has impacts ({:.0f}) where more move by themselves ({:.0f}): "
+        "it may be the ball of a trial whose cylinder could not be followed",
+        Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else",
+        Cause.MODEL_FITS_NOTHING: "no motion of two bodies and a wall resembles the track",
+        Cause.MODEL_DIFFERS: "the fitted collisions are not those that were seen",
+        Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.2f} px where {:.2f} "
+        "are allowed: something else took part than the bodies that were followed",
+        Cause.LIGHTER: "by the motion the cylinder is much lighter than the ball, and not fitted",
     },
     CLEARER: {
-        *(Cause.NO_COLLISION, Cause.NO_IMPACT, Cause.TOO_FAINT, Cause.PARTS_OF_BODIES),
-        *(Cause.STRUCK, Cause.STRUCK_MOVING, Cause.HEAVY_UNSEEN, Cause.MOVES_BESIDE),
-        *(Cause.PARTNER_UNSEEN, Cause.OUTLINES_LEAVE_OPEN, Cause.LOST),
+        Cause.NO_COLLISION: "no collision is seen: no gap between two bodies closes and opens with "
+        "a jump",
+        Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at "
+        "all, and jumps nowhere; if it is the cylinder of a trial, its ball could not be followed",
+        Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called "
+        "impacts",
+        Cause.STRUCK: "something that could not be followed strikes the body at rest in frame "
+        "{:.0f}: it may be the ball of a trial whose cylinder was not found",
+        Cause.STRUCK_MOVING: "the body leaves the impact in frame {:.0f} faster than it came: what "
+        "it struck moves; it may be the ball of a trial whose cylinder was not found",
+        Cause.HEAVY_UNSEEN: "the cylinder could not be followed: it is known only by what it does "
+        "to the ball",
+        Cause.MOVES_BESIDE: "something that could not be followed moves where the body turns in "
+        "frame {:.0f}: the body may be one of a trial whose other body was not found",
+        Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it "
+        "is the cylinder of a trial whose ball was not found",
+        Cause.LOST: "one of the bodies could not be followed beyond frame {:.0f}, though it does "
+        "not leave the picture there: more collisions may have happened",
+        Cause.PARTS_OF_BODIES: "what was followed as ball and cylinder may be parts of them: their "
+        "outlines do not meet where they collide, and their motion shows no momentum to be kept",
+        Cause.OUTLINES_LEAVE_OPEN: "one of the bodies is not outlined rightly, which makes "
+        "collisions between the frames less sure",
     },
     "compare the clip with the collisions listed": {
-        *(Cause.TURNS_OPEN, Cause.NOT_TURNED, Cause.DIES_OUT, Cause.OTHERS_LIKELY),
+        Cause.TURNS_OPEN: "whether {turns} at the stop may be called impacts is not clear",
+        Cause.NOT_TURNED: "by all flights together the body does not surely turn round in "
+        "{frames}: other impacts may be missed there",
+        Cause.DIES_OUT: "the last bounces are lower than the pictures show: they are not counted",
+        Cause.OTHERS_LIKELY: "that the impacts seen ({:.0f}) are all of them is {:.0%} probable",
+    },
+    "": {
+        Cause.GAP_MADE_UP_FOR: "frames are left out after frame {0:.0f} (about {1:.0f})",
+        Cause.OTHER_SHOTS: "the clip is cut: of its shots only the longest is counted, frames "
+        "{:.0f} to {:.0f}; choose another with --start and --end",
+        Cause.STANDS_STILL: "the bodies stand still but for frames {:.0f} to {:.0f}, which alone "
+        "are counted",
+        Cause.RATE_CHANGES: "the rate of the footage changes at {changes}, by a factor of {0:.0f}: "
+        "no rate gives times, and velocities are those of the frames next to each collision",
+        Cause.OUTLINES_APART: "the outlines of ball and cylinder {apart} px where they touch: the "
+        "ball's width is not sure enough for a scale in millimetres",
+        Cause.ENERGY_GAINED: "by the fitted motion the bodies gain energy (up to {:.0%} of the "
+        "first state's): the rate of the frames may change within the clip, and then velocities, "
+        "restitution and mass ratio are wrong",
+        Cause.MASSES_UNUSED: "--masses is not used: no ball and cylinder at a wall were found",
+        Cause.MASSES_CONTRADICT: "the masses given have the ratio {given}, the motion shows "
+        "{measured}: check --masses, the cylinder's first",
     },
 }
-"""What a person can do about causes, in the order in which it is said."""
+"""Sentences for causes, by what a person can do about them, in the order in which that is said;
+nothing is to be done about the last."""
+_SENTENCES = {cause: text for about in SAID.values() for cause, text in about.items()}
 
 
 def what_to_do(reasons: Iterable[Reason]) -> str | None:
     """Say what a person can do about reasons, each thing once; None if there are none."""
     causes = {reason.cause for reason in reasons}
-    return "; ".join(what for what, about in TO_DO.items() if causes & about) or None
+    return "; ".join(what for what, about in SAID.items() if what and causes & about.keys()) or None
 
 
 def sentence(reason: Reason) -> str:
@@ -253,7 +246,7 @@ def sentence(reason: Reason) -> str:
     figures = reason.figures
     first = figures[0] if figures else 0.0
     frames = _frames(figures, ", ")
-    return SENTENCES[reason.cause].format(
+    return _SENTENCES[reason.cause].format(
         *figures,
         chance=percent(first),
         frames=frames,
