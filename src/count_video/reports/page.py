@@ -14,7 +14,6 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -217,7 +216,11 @@ def plan_page(plan: Plan, picture: str) -> str:
         script=True,
         headline=plan_headline(plan),
         count=plan.burst.count,
-        sliders=_sliders(request, rate),
+        request=request,
+        gaps_m=GAPS_M,
+        releases_m=RELEASES_M,
+        clay_steps=CLAY_STEPS,
+        log_rate=math.log10(rate),
         shares=[(count, share) for count, share in shares.items() if share >= DRAWN_SHARE][::-1],
         notes=dict(plan_notes(plan)),
         table=table_lines(plan.table),
@@ -246,22 +249,3 @@ def _options_beside(request: PlanRequest) -> str:
         if value != getattr(Tolerances(), field):
             options += f" --tolerance {name}={value:g}"
     return options + (f" --seed {request.seed}" if request.seed else "")
-
-
-def _sliders(request: PlanRequest, rate: float) -> list[dict[str, object]]:
-    """Describe the sliders: metres, hundredths of the cylinder's mass, logarithms of frames/s.
-
-    Their ends reach as far as what is planned.
-    """
-    rows = (
-        ("gap", "Gap, ball to wall", *GAPS_M, 0.0005, request.gap_m),
-        ("release", "Release", *RELEASES_M, 0.001, request.release_m),
-        ("clay", "Mass of the cylinder", -CLAY_STEPS, CLAY_STEPS, 1, 0),
-        ("rate", "Camera", 1.4, 5.0, 0.002, math.log10(rate)),
-    )
-    names = ("name", "label", "least", "most", "step", "value")
-    sliders: list[dict[str, Any]] = [dict(zip(names, row, strict=True)) for row in rows]
-    for one in sliders:
-        value = one["value"]
-        one |= {"least": min(one["least"], value), "most": max(one["most"], value)}
-    return sliders
