@@ -7,8 +7,8 @@ blindness; the kinds of collision differ in shape as well.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
-from contextlib import AbstractContextManager
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,6 +84,16 @@ def styled() -> AbstractContextManager[None]:
     return style.context(["default", STYLE])
 
 
+@contextmanager
+def figure_of(width: float, height: float) -> Iterator[Figure]:
+    """Make a figure of this size in inches to draw on; then its panels get their final place."""
+    with styled():
+        figure = Figure(figsize=(width, height))
+        figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.1)
+        yield figure
+        _thin_numbers(figure)
+
+
 def picture_bytes(figure: Figure, picture_format: str) -> bytes:
     """Write a figure as PNG, SVG or JPEG; the same figure gives the same bytes."""
     target = io.BytesIO()
@@ -110,7 +120,7 @@ there, x to the right and y up."""
 
 
 def number_marks(axes: Axes, numbers: Iterable[Number], *, size: float = 10) -> None:
-    """Write numbers beside marks; ``thin_numbers`` takes away those that are in the way."""
+    """Write numbers beside marks; those that are in the way go once the figure is drawn."""
     for text, place, away in numbers:
         if np.isfinite(place).all():
             right, up = np.divide(away, np.hypot(*away) or 1.0)
@@ -131,7 +141,7 @@ def number_marks(axes: Axes, numbers: Iterable[Number], *, size: float = 10) -> 
             label.set_in_layout(False)
 
 
-def thin_numbers(figure: Figure) -> None:
+def _thin_numbers(figure: Figure) -> None:
     """Take away each number that would lie on one before it or on a mark.
 
     The same goes for one that is nearer to another mark than to its own: the numbers beside it say

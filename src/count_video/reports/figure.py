@@ -26,10 +26,10 @@ from count_video.reports.drawing import (
     SKY_BLUE,
     VERMILION,
     drawable,
+    figure_of,
     number_marks,
     picture_bytes,
     styled,
-    thin_numbers,
 )
 from count_video.reports.material import Material
 from count_video.reports.page import campaign_page
@@ -37,13 +37,6 @@ from count_video.reports.panels import TIME, draw_phase_circle, draw_space_time,
 from count_video.reports.plan_text import plain
 from count_video.reports.text import answer_words, review_words
 from count_video.reports.words import plural, ratio_words, shortened
-
-
-def figure_of(width: float, height: float) -> Figure:
-    """Make a figure of this size in inches, whose panels leave each other space."""
-    figure = Figure(figsize=(width, height))
-    figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.1)
-    return figure
 
 
 def add_legend(figure: Figure, axes: Axes, title: str | None = None, columns: int = 4) -> None:
@@ -65,8 +58,7 @@ def trial_figure(material: Material) -> Figure:
     columns = [["space-time", "enlarged" if "enlarged" in shown else "space-time", "velocities"]]
     if "energy" in shown:
         columns.append(["phase-circle", "phase-circle", "energy"])
-    with styled():
-        figure = figure_of(16.0, 10.5)
+    with figure_of(16.0, 10.5) as figure:
         figure.suptitle(title, fontsize=20, weight="bold")
         panels = figure.subplot_mosaic(
             np.transpose(columns).tolist(),
@@ -76,8 +68,7 @@ def trial_figure(material: Material) -> Figure:
         for name, axes in panels.items():
             shown[name](axes, material)
         add_legend(figure, panels["space-time"], drawable(Path(result.clip).name))
-        thin_numbers(figure)
-        return figure
+    return figure
 
 
 def time_panels(figure: Figure) -> list[dict[str, list[float]]]:
@@ -98,14 +89,12 @@ def time_panels(figure: Figure) -> list[dict[str, list[float]]]:
 def panel_figures(material: Material) -> dict[str, Figure]:
     """Draw each panel as a figure of its own, by the name that its file gets."""
     figures = {}
-    with styled():
-        for name, draw in panels_of(material).items():
-            figures[name] = figure = Figure(figsize=(10.0, 6.0), layout="constrained")
-            axes = figure.add_subplot()
+    for name, draw in panels_of(material).items():
+        with figure_of(10.0, 6.0) as figures[name]:
+            axes = figures[name].add_subplot()
             draw(axes, material)
             if axes.get_gid() == TIME:
-                add_legend(figure, axes, columns=3)
-            thin_numbers(figure)
+                add_legend(figures[name], axes, columns=3)
     return figures
 
 
@@ -127,8 +116,7 @@ def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
 
     The masses are in any one unit.
     """
-    with styled():
-        figure = figure_of(10.0, 10.5)
+    with figure_of(10.0, 10.5) as figure:
         figure.suptitle(f"{collision_count(heavy, light):.10g} collisions", fontsize=30)
         axes = figure.add_subplot()
         points = draw_phase_circle(axes, heavy, light)
@@ -141,8 +129,7 @@ def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
         axes.set_title(f"m : M = 1 : {plain(heavy / light)}", fontsize=18)
         if not points.size:
             axes.text(0, -0.5, "state points:\ntoo many to draw", ha="center")
-        thin_numbers(figure)
-        return figure
+    return figure
 
 
 def _draw_angles(axes: Axes, theta: float) -> None:
@@ -160,15 +147,14 @@ def _draw_angles(axes: Axes, theta: float) -> None:
 
 def campaign_figure(summary: CampaignSummary) -> Figure:
     """Draw the histogram of the counts of each mass ratio against the theory."""
-    with styled():
-        groups = summary.groups
-        figure = figure_of(9.0, 5.0 * len(groups))
+    groups = summary.groups
+    with figure_of(9.0, 5.0 * len(groups)) as figure:
         panels = figure.subplots(len(groups), squeeze=False).flat
         for axes, group in zip(panels, groups, strict=True):
             ratio = f", mass ratio {ratio_words(group.mass_ratio)}" if len(groups) > 1 else ""
             axes.set_title(f"Counts of {plural(group.counted, 'trial')}{ratio}")
             _draw_histogram(axes, group)
-        return figure
+    return figure
 
 
 def _draw_histogram(axes: Axes, group: Summary) -> None:

@@ -36,12 +36,11 @@ from count_video.reports.drawing import (
     OWN,
     VERMILION,
     drawable,
+    figure_of,
     picture_bytes,
-    styled,
-    thin_numbers,
 )
 from count_video.reports.exports import plan_object, table_csv
-from count_video.reports.figure import add_legend, figure_of
+from count_video.reports.figure import add_legend
 from count_video.reports.material import Material
 from count_video.reports.page import data_address, plan_page
 from count_video.reports.panels import draw_enlarged, draw_states, draw_whole
@@ -55,8 +54,7 @@ RATES_FPS = (60, 120, 240, 480, 960, 2000, 4000, 8000, 16_000, 32_000, 64_000, 1
 def plan_figure(plan: Plan) -> Figure:
     """Draw the map above the space-time picture, and the phase circle."""
     material = planned_material(plan)
-    with styled():
-        figure = figure_of(16.0, 12.0)
+    with figure_of(16.0, 12.0) as figure:
         title = drawable(f"Plan: {plan_headline(plan)}")
         figure.suptitle(title, fontsize=20, weight="bold", parse_math=False)
         below = ["whole", "enlarged" if material.is_dense else "whole"]
@@ -74,8 +72,7 @@ def plan_figure(plan: Plan) -> Figure:
         for name in below:
             axes[name].set_xlabel("frame, from the release")
         add_legend(figure, axes["whole"])
-        thin_numbers(figure)
-        return figure
+    return figure
 
 
 def _draw_map(axes: Axes, plan: Plan, chart: NDArray[np.void]) -> None:
