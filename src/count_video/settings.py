@@ -109,7 +109,7 @@ def trial_settings(**settings: Unpack[Settings]) -> TrialSettings:
         raise UsageError(f"there is no setting {', '.join(sorted(unknown))}")
     given: Mapping[str, object] = settings
     values: dict[str, Any] = {
-        name: checked(name, given[name], read)
+        name: inputs.checked(name, given[name], read)
         for name, read in READERS.items()
         if given.get(name) is not None
     }

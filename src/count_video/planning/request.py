@@ -5,18 +5,15 @@ The JSON is kept so that a counted clip can be held against its plan later.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
-from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypedDict
 
 from count_video import inputs
 from count_video.errors import UsageError
-from count_video.inputs import Range, masses, read_json_object, shown
+from count_video.inputs import masses, read_json_object, shown
 from count_video.physics.setup import Setup, swing_rate
 from count_video.physics.theory import Mass, exact_ratio
 
@@ -26,7 +23,10 @@ MOST_RATIO = 1_000_000
 MOST_DAMPING = 0.95
 """Of the rate at which a pendulum swings no more: nearer to it a flight takes ever more steps."""
 _LENGTHS = ("gap_m", "release_m", "heavy_thread_m", "light_thread_m", "ball_diameter_m")
-_RANGES = {
+Readers = Mapping[str, Callable[[str], object]]
+"""What reads and checks the values of some fields, as the command line does."""
+_READERS: Readers = {
+    **dict.fromkeys(("heavy", "light"), inputs.MASS.exact),
     **dict.fromkeys(_LENGTHS, inputs.LENGTH),
     **{"capture_fps": inputs.CAPTURE_RATE, "restitution": inputs.SHARE},
     **{"damping_per_s": inputs.DAMPING, "trials": inputs.TRIALS, "seed": inputs.SEED},
@@ -57,7 +57,7 @@ class Tolerances:
     """Deviation of the restitution from collision to collision."""
 
     def __post_init__(self) -> None:
-        _check_ranges(self, dict(inputs.TOLERANCES.values()), "the tolerance ")
+        _check(self, dict(inputs.TOLERANCES.values()), "the tolerance ")
 
 
 class PlanDetails(TypedDict, total=False):
@@ -110,13 +110,7 @@ class PlanRequest:
     """Seed of all that is drawn at random."""
 
     def __post_init__(self) -> None:
-        for name in ("heavy", "light"):
-            try:
-                mass = inputs.MASS.exact(str(getattr(self, name)))
-            except UsageError as error:
-                raise UsageError(f"{name}: {error}") from error
-            object.__setattr__(self, name, mass)
-        _check_ranges(self, _RANGES)
+        _check(self, _READERS)
         masses(exact_ratio(self.heavy, self.light), Fraction(1))  # refuses what are none
         if not isinstance(self.tolerances, Tolerances):
             raise UsageError(f"tolerances is {shown(str(self.tolerances))}; give a Tolerances")
@@ -194,21 +188,12 @@ def read_request(path: Path) -> PlanRequest:
         ) from error
 
 
-def _check_ranges(record: object, ranges: Mapping[str, Range], prefix: str = "") -> None:
+def _check(record: object, readers: Readers, prefix: str = "") -> None:
     """Refuse a value that is no number or out of its range; the camera's rate may be left open.
 
     The values of NumPy and others become Python's own.
     """
-    for name, allowed in ranges.items():
+    for name, read in readers.items():
         value = getattr(record, name)
-        if name == "capture_fps" and value is None:
-            continue
-        whole = name in ("trials", "seed")
-        number = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
-        own: float = math.nan
-        with suppress(OverflowError):  # a whole number of hundreds of digits
-            own = (int if whole else float)(value) if number else math.nan
-        if not allowed.holds(own):
-            given = shown(str(value))
-            raise UsageError(f"{prefix}{name} is {given}; it must be a number {allowed}")
-        object.__setattr__(record, name, own)
+        if value is not None or name != "capture_fps":
+            object.__setattr__(record, name, inputs.checked(f"{prefix}{name}", value, read))
