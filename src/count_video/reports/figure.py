@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -41,10 +42,8 @@ from count_video.reports.words import plural, ratio_words, shortened
 
 def add_legend(figure: Figure, axes: Axes, title: str | None = None, columns: int = 4) -> None:
     """Say below a figure what the lines and marks of a panel mean."""
-    handles, labels = axes.get_legend_handles_labels()
-    legend = figure.legend(
-        handles, labels, loc="outside lower center", ncols=columns, title=title, markerscale=1.2
-    )
+    style: Any = {"loc": "outside lower center", "ncols": columns, "markerscale": 1.2}
+    legend = figure.legend(*axes.get_legend_handles_labels(), title=title, **style)
     legend.get_title().set_parse_math(False)
 
 

@@ -152,7 +152,7 @@ def _number_and_label(
         if c.number in numbers
     ]
     number_marks(axes, marks, size=size)
-    _count_frames(axes)
+    _count_frames(axes, material)
     axes.set_ylabel("position along the line (px)")
     (low, high), mm_a_px = ball_edges_px(track), material.result.millimetres_per_px
     wall = float(np.nanmin(low) if outward > 0 else np.nanmax(high))
@@ -166,10 +166,10 @@ def _number_and_label(
         top.set_xlabel("time (ms)", loc="right", labelpad=2)
 
 
-def _count_frames(axes: Axes) -> None:
+def _count_frames(axes: Axes, material: Material) -> None:
     """Let time run to the right, in whole frames."""
     axes.set_gid(TIME)
-    axes.set_xlabel("frame")
+    axes.set_xlabel("frame" if material.lines else "frame, from the release")
     axes.locator_params("x", integer=True)
 
 
@@ -212,7 +212,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
         axes.axvline(collision.frame, color=colour, linewidth=0.8, alpha=0.45, zorder=0)
     axes.axhline(0.0, color="black", linewidth=0.8)
     beside = 0.12 * float(np.ptp(shown)) or 1.0
-    _count_frames(axes)
+    _count_frames(axes, material)
     axes.set(xlim=frames, ylim=(min(shown) - beside, max(shown) + beside))
     axes.set_ylabel(f"velocity ({unit_name})\n{_upward(material)} is up")
     axes.set_title("Velocities: dots from frame to frame, bars fitted at collisions, lines between")
@@ -266,7 +266,8 @@ def draw_phase_circle(
 
 def draw_states(axes: Axes, material: Material) -> None:
     """Draw the phase circle: theory and measurement; a sentence where the ratio is not known."""
-    axes.set_title("Phase circle: theory (lines) and measured states")
+    origin = "measured" if material.lines else "planned"
+    axes.set_title(f"Phase circle: theory (lines) and {origin} states")
     states, ratio = measured_states(material), material.result.mass_ratio
     expected = expected_counts(material.result)
     if states is None or ratio is None or expected is None:

@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from count_video.physics.setup import Setup, swing_rate
@@ -43,7 +42,7 @@ from count_video.reports.exports import plan_object, table_csv
 from count_video.reports.figure import add_legend
 from count_video.reports.material import Material
 from count_video.reports.page import data_address, plan_page
-from count_video.reports.panels import draw_enlarged, draw_states, draw_whole
+from count_video.reports.panels import panels_of
 from count_video.reports.plan_text import plan_headline
 from count_video.settings import CsvDialect
 
@@ -54,29 +53,26 @@ RATES_FPS = (60, 120, 240, 480, 960, 2000, 4000, 8000, 16_000, 32_000, 64_000, 1
 def plan_figure(plan: Plan) -> Figure:
     """Draw the map above the space-time picture, and the phase circle."""
     material = planned_material(plan)
+    draw = panels_of(material)
+    below = ["space-time", "enlarged" if "enlarged" in draw else "space-time"]
     with figure_of(16.0, 12.0) as figure:
         title = drawable(f"Plan: {plan_headline(plan)}")
         figure.suptitle(title, fontsize=20, weight="bold", parse_math=False)
-        below = ["whole", "enlarged" if material.is_dense else "whole"]
-        panels: Any = [["map", "circle"], below]
-        axes = figure.subplot_mosaic(panels, height_ratios=[1.25, 1])
-        if plan.chart is None:
-            axes["map"].set_axis_off()
-        else:
-            _draw_map(axes["map"], plan, plan.chart)
-        draw_states(axes["circle"], material)
-        axes["circle"].set_title("Phase circle: theory (lines) and planned states")
-        draw_whole(axes["whole"], material)
-        if material.is_dense:
-            draw_enlarged(axes["enlarged"], material)
-        for name in below:
-            axes[name].set_xlabel("frame, from the release")
-        add_legend(figure, axes["whole"])
+        rows: Any = [["map", "phase-circle"], below]
+        panels = figure.subplot_mosaic(rows, height_ratios=[1.25, 1])
+        _draw_map(panels.pop("map"), plan)
+        for name, axes in panels.items():
+            draw[name](axes, material)
+        add_legend(figure, panels["space-time"])
     return figure
 
 
-def _draw_map(axes: Axes, plan: Plan, chart: NDArray[np.void]) -> None:
+def _draw_map(axes: Axes, plan: Plan) -> None:
     """Draw the map; lengths in centimetres. The theory's count is green; no count is hatched."""
+    chart = plan.chart
+    if chart is None:
+        axes.set_axis_off()
+        return
     cells = 100 * chart["gap_m"][0], 100 * chart["release_m"][:, 0]
     counts = np.ma.masked_invalid(chart["count"])
     least, most = (counts.min(), counts.max()) if counts.count() else (0, 1)
