@@ -174,25 +174,25 @@ def test_a_map_of_many_collisions_has_larger_cells() -> None:
 def test_the_table_of_adjustments_is_the_simulator_at_any_scale() -> None:
     request = PlanRequest(1050, 10.5, 0.025, 0.11, light_thread_m=0.8, restitution=0.99)
     table = adjustments_of(request, 31)
-    assert 1.0 in table.heavy_share
-    assert request.gap_m / request.release_m in table.gap_share
+    assert 1.0 in table["heavy_share"]
+    assert request.gap_m / request.release_m in table["gap_share"]
     rng = np.random.default_rng(5)
     for _ in range(CELLS):
-        row, column = rng.integers(len(table.heavy_share)), rng.integers(len(table.gap_share))
-        heavy, release_m = 1050 * table.heavy_share[row], rng.uniform(0.02, 0.2)
-        gap_m = release_m * table.gap_share[column]
+        row, column = rng.integers(len(table["heavy_share"])), rng.integers(len(table["gap_share"]))
+        heavy, release_m = 1050 * table["heavy_share"][row], rng.uniform(0.02, 0.2)
+        gap_m = release_m * table["gap_share"][column]
         one = replace(request, heavy=heavy, gap_m=gap_m, release_m=release_m)
         motion = simulate(one.setup())
-        assert table.count[row, column] == motion.count
-        assert table.shortest_s[row, column] == pytest.approx(motion.shortest_s, rel=1e-6)
-        assert table.theory[row] == collision_count(one.heavy, one.light)
+        assert table["count"][row, column] == motion.count
+        assert table["shortest_s"][row, column] == pytest.approx(motion.shortest_s, rel=1e-6)
+        assert table["theory"][row] == collision_count(one.heavy, one.light)
 
 
 def test_no_cylinder_lighter_than_the_ball_has_a_count() -> None:
     table = adjustments_of(PlanRequest(1, 1), 3)
-    lighter = table.heavy_share < 1.0
-    assert (table.count[lighter] == NO_COUNT).all()
-    assert (table.count[~lighter] != NO_COUNT).all()
+    lighter = table["heavy_share"] < 1.0
+    assert (table["count"][lighter] == NO_COUNT).all()
+    assert (table["count"][~lighter] != NO_COUNT).all()
 
 
 @pytest.mark.parametrize(

@@ -221,27 +221,6 @@ def rate_needed_fps(shortest_s: float | Floats) -> Any:
     return np.maximum(10.0, 10.0 * np.ceil(RESOLVED_FRAMES / np.asarray(shortest_s) / 10))
 
 
-@dataclass(frozen=True)
-class Adjustments:
-    """Counts of the planned bodies with other gaps, releases, and cylinders.
-
-    The swings are linear: counts and times hang on the gap over the release, not on either alone.
-    """
-
-    gap_share: Floats
-    """Gap over release, increasing; that of the plan is among them; shape (n,)."""
-    heavy_share: Floats
-    """Mass of the cylinder over the planned one, which is among them; shape (m,)."""
-    theory: Whole
-    """Exact counts of free bodies without losses, shape (m,)."""
-    count: Whole
-    """Collisions, shape (m, n); ``NO_COUNT`` where bodies come to rest on each other in ever
-    smaller bounces, or the cylinder is the lighter body."""
-    shortest_s: Floats
-    """Shortest time from one collision to the next, shape (m, n); NaN where there is no count, inf
-    where there is one collision alone."""
-
-
 def chart_of(request: PlanRequest, theory: int) -> NDArray[np.void]:
     """Simulate every cell of the map: a millimetre of gap by two of release, or larger.
 
@@ -265,10 +244,17 @@ def chart_of(request: PlanRequest, theory: int) -> NDArray[np.void]:
     return chart
 
 
-def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
+def adjustments_of(request: PlanRequest, theory: int) -> dict[str, Floats | Whole]:
     """Simulate what can be changed at the table: place of the ball, release, clay on the cylinder.
 
-    They are the changes that ``proposals`` takes from.
+    They are the changes that ``proposals`` takes from. The swings are linear: counts and times hang
+    on the gap over the release, not on either alone. Returned are, by their names,
+
+    - ``gap_share``: gap over release, increasing, that of the plan among them; shape (n,);
+    - ``heavy_share``: mass of the cylinder over the planned one, 1 among them; shape (m,);
+    - ``theory``: exact counts of free bodies without losses, shape (m,);
+    - ``count`` and ``shortest_s``, shape (m, n), as of :func:`_cells`; nothing is possible where
+      the cylinder is the lighter body.
     """
     shares = np.array([1.0 + CLAY_STEP * k for k in range(-CLAY_STEPS, CLAY_STEPS + 1)])
     steps = int(np.clip(1_000_000 // (theory * len(shares)), 12, 240))
@@ -278,8 +264,9 @@ def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
     share, gap = np.meshgrid(shares, gaps, indexing="ij")
     ratio, gap_m = request.mass_ratio * share, request.release_m * gap
     cells = _cells(request, theory, ratio >= 1.0, heavy_mass_kg=ratio, wall_gap_m=gap_m)
-    free = [collision_count(ratio) for ratio in (request.mass_ratio * shares).tolist()]
-    return Adjustments(gaps, shares, np.array(free, np.int64), *cells)
+    free = np.array([collision_count(one) for one in (request.mass_ratio * shares).tolist()])
+    axes = {"gap_share": gaps, "heavy_share": shares, "theory": free}
+    return axes | dict(zip(("count", "shortest_s"), cells, strict=True))
 
 
 def _cells(
@@ -288,7 +275,8 @@ def _cells(
     """Simulate set-ups with other values of some fields, where they are possible.
 
     All arrays have one shape, that of the counts and shortest times that are returned: ``NO_COUNT``
-    and NaN where nothing is possible.
+    and NaN where nothing is possible, or bodies come to rest on each other in ever smaller bounces,
+    and times of inf where there is one collision alone.
     """
     count = np.full(possible.shape, NO_COUNT, np.int64)
     shortest_s = np.full(possible.shape, np.nan)
