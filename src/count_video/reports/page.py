@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from count_video.inputs import TOLERANCES
 from count_video.planning.comparison import expected_counts
@@ -67,24 +66,18 @@ def render(name: str, *, script: bool = False, **values: object) -> str:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        keep_trailing_newline=True,
     )
     made.filters |= {"digest": _digest, "printable": printable, "percent": percent}
     made.filters |= {"ratio_words": ratio_words, "share": share_words}
-    style = _own_file("page.css") + _own_file(f"{name}.css")
-    own = _own_file(f"{name}.js") if script else None
-    template = made.get_template(f"{name}.html")
-    return template.render({"data": None, **values, "style": style, "script": own})
+    own = {"style": f"{name}.css", "script": f"{name}.js" if script else None}
+    return made.get_template(f"{name}.html").render({"data": None, **values, **own})
 
 
 def _digest(own_text: str) -> str:
     """Name a style or script as a page's policy does, so that the browser applies no other."""
     digest = hashlib.sha256(own_text.encode("utf-8")).digest()
     return f"sha256-{base64.b64encode(digest).decode('ascii')}"
-
-
-def _own_file(name: str) -> Markup:
-    """Read a style or script of this package, which goes into a page as it is."""
-    return Markup((Path(__file__).parent / "templates" / name).read_text("utf-8"))
 
 
 def data_address(data: bytes, media_type: str) -> str:
