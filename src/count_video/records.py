@@ -321,6 +321,8 @@ class TrialResult:
     """All collisions found; those of the burst first (numbers 1 to ``count``)."""
     capture_fps: float | None = None
     capture_fps_source: RateSource = "unknown"
+    even_rate: bool = True
+    """False where the rate of the frames changes within the clip."""
     frames_decoded: int | None = None
     frames_promised: int | None = None
     wall_side: WallSide | None = None
@@ -335,19 +337,10 @@ class TrialResult:
     pi_high: float | None = None
     mass_ratio: float | None = None
     """Heavy over light; given by the user or measured from the motion."""
-    contradicting_ratio: Estimate | None = None
-    """What the motion shows where it contradicts the masses given."""
-    warnings: tuple[str, ...] = ()
     mass_ratio_sigma: float | None = None
     """Standard uncertainty of the mass ratio; None where it is given, or not known."""
-    reviewed_count: int | None = None
-    """The count after a person's corrections; None where nobody reviewed the clip."""
-    corrections: tuple[Correction, ...] = ()
-    notes: dict[str, str] = field(default_factory=dict)
-    """What a person wrote on the clip (its key is empty) and on collisions (NUMBER/KIND/FRAME; the
-    number of one that was missed is +)."""
-    even_rate: bool = True
-    """False where the rate of the frames changes within the clip."""
+    contradicting_ratio: Estimate | None = None
+    """What the motion shows where it contradicts the masses given."""
     energy_kept: tuple[float, ...] = ()
     """Energy after each collision of the burst over that before the first; empty if not known."""
     restitution_bodies: Estimate | None = None
@@ -355,6 +348,13 @@ class TrialResult:
     ending: Ending | None = None
     setup: FittedSetup | None = None
     """By the fitted model."""
+    warnings: tuple[str, ...] = ()
+    reviewed_count: int | None = None
+    """The count after a person's corrections; None where nobody reviewed the clip."""
+    corrections: tuple[Correction, ...] = ()
+    notes: dict[str, str] = field(default_factory=dict)
+    """What a person wrote on the clip (its key is empty) and on collisions (NUMBER/KIND/FRAME; the
+    number of one that was missed is +)."""
     comparison: PlanComparison | None = None
     """With the plan that was given."""
 

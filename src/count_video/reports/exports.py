@@ -34,21 +34,12 @@ SIGNIFICANT_DIGITS = 12
 """More than any measurement has, fewer than rounding errors show in."""
 _NAMES = {
     "setup": "fitted_setup",
+    "comparison": "plan",
     "velocity_before": "velocity_before_px_frame",
     "velocity_after": "velocity_after_px_frame",
     **{name: name.removesuffix("_px_frame") for name in Velocities.__dataclass_fields__},
 }
 """Keys that are not called as the field of the record is."""
-_KEYS = (
-    *("schema_version", "clip", "status", "reason", "what_to_do"),
-    *("count", "seen", "between_frames", "probability", "count_after_burst", "collisions"),
-    *("capture_fps", "capture_fps_source", "even_rate", "frames_decoded", "frames_promised"),
-    *("wall_side", "upright", "ball_diameter_px", "millimetres_per_px"),
-    *("pi_low", "pi_high", "mass_ratio", "mass_ratio_sigma", "contradicting_ratio"),
-    *("energy_kept", "restitution", "ending", "fitted_setup", "warnings"),
-    *("reviewed_count", "corrections", "notes", "plan"),
-)
-"""Keys of a result, in the order in which one reads."""
 
 
 def plain(value: Any) -> Any:
@@ -73,20 +64,16 @@ def json_line(result: TrialResult) -> str:
 
 
 def json_object(result: TrialResult) -> dict[str, object]:
-    """Turn the result into what ``json.dumps`` takes; the keys are in reading order."""
+    """Turn the result into what ``json.dumps`` takes; the keys are in the order of its fields."""
     values = plain(result)
-    restitution = {kind: values[f"restitution_{kind}"] for kind in ("bodies", "wall")}
-    compared = values["comparison"]
-    for one in compared["quantities"] if compared else ():
+    for one in values["plan"]["quantities"] if values["plan"] else ():
         found = one.pop("found")
         one |= {"found": found["value"], "sigma": found["sigma"]}
-    values |= {
-        "schema_version": SCHEMA_VERSION,
-        "energy_kept": values["energy_kept"] or None,
-        "restitution": restitution if any(restitution.values()) else None,
-        "plan": compared,
-    }
-    return {key: values[key] for key in _KEYS}
+    both = {"bodies": values["restitution_bodies"], "wall": values.pop("restitution_wall")}
+    values["restitution_bodies"] = both if any(both.values()) else None
+    values["energy_kept"] = values["energy_kept"] or None
+    renamed = {"restitution_bodies": "restitution"}
+    return {"schema_version": SCHEMA_VERSION} | {renamed.get(k, k): values[k] for k in values}
 
 
 def plan_object(plan: Plan) -> dict[str, object]:
