@@ -146,7 +146,7 @@ def test_a_count_stands_though_its_pages_cannot_be_drawn(
     assert not answer.final, "the next run draws them"
 
     (row,) = run_campaign([wanted], lambda jobs: done_with(jobs, answer), None)
-    assert (row.count, row.not_kept) == (31, answer.undrawn)
+    assert (row.result.count, row.not_kept) == (31, answer.undrawn)
 
 
 def done_with(jobs: Sequence[Job], answer: Answer) -> Done:

@@ -30,7 +30,7 @@ def cells_of(row: TrialRow) -> dict[str, str]:
 
 def test_a_result_without_physics_leaves_its_columns_open() -> None:
     row = row_with()
-    assert (row.count, row.result.reason, row.result.chance) == (None, "nothing moves", None)
+    assert (row.result.count, row.result.reason, row.result.chance) == (None, "nothing moves", None)
     names = ("restitution_bodies", "restitution_wall", "energy_kept", "ending")
     assert [cells_of(row)[name] for name in names] == [""] * 4
 

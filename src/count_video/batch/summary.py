@@ -107,7 +107,7 @@ def _groups(rows: Sequence[TrialRow]) -> list[list[TrialRow]]:
 
 def _weighed(rows: Sequence[TrialRow]) -> list[TrialRow]:
     """Return those whose mass ratio counts: it was given, or measured in a clip with a count."""
-    return [row for row in rows if row.count is not None or row.masses is not None]
+    return [row for row in rows if row.result.count is not None or row.masses is not None]
 
 
 def _apart(row: TrialRow, first: TrialRow) -> float:
@@ -121,8 +121,8 @@ def _apart(row: TrialRow, first: TrialRow) -> float:
 
 
 def _summary(rows: Sequence[TrialRow]) -> Summary:
-    counted = [row.result for row in rows if row.count is not None]
-    counts = [row.count for row in rows if row.count is not None]
+    counted = [row.result for row in rows if row.result.count is not None]
+    counts = [row.result.count for row in rows if row.result.count is not None]
     expected, uncertainty = _by_the_probabilities(counted)
     endings = [one.ending.kind for one in counted if one.ending is not None]
     ratio = _ratio(rows)

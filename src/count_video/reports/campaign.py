@@ -48,14 +48,9 @@ class TrialRow:
     """Names of the files that show it, beside the campaign's page."""
 
     @property
-    def count(self) -> int | None:
-        """Collisions counted; None where the clip was not counted."""
-        return self.result.count
-
-    @property
     def missing(self) -> str:
         """Why the count, or its result on the disk, is missing; empty if neither is."""
-        if self.count is not None and self.not_kept is None:
+        if self.result.count is not None and self.not_kept is None:
             return ""
         return self.not_kept or self.result.reason or "not counted"
 
@@ -162,7 +157,7 @@ def trial_heading(columns: int) -> str:
 
 def trial_line(row: TrialRow, columns: int = NAME_COLUMNS[0]) -> str:
     """Write one trial as a line of the growing table."""
-    count = "-" if row.count is None else str(row.count)
+    count = "-" if row.result.count is None else str(row.result.count)
     chance = "-" if row.result.chance is None else percent(row.result.chance)
     mark = "  needs a person" if row.needs_a_person else ""
     return f"{printable(row.name):<{columns}}  {count:>5}  {chance:>11}{mark}"
@@ -214,7 +209,7 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
 
 def _why(row: TrialRow) -> str:
     listed = chances_words(row.result.probability, 4)
-    unsure = f"probably {row.count} ({listed})" if row.is_unsure else None
+    unsure = f"probably {row.result.count} ({listed})" if row.is_unsure else None
     return row.missing or "; ".join(filter(None, (unsure, row.result.reason, other_masses(row))))
 
 

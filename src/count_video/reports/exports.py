@@ -140,7 +140,7 @@ TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
     "name": lambda row: row.name,
     "clip": lambda row: storable(row.result.clip),
     "status": lambda row: row.result.status,
-    "count": lambda row: row.count,
+    "count": lambda row: row.result.count,
     "probability": lambda row: row.result.chance,
     "needs_a_person": lambda row: row.needs_a_person,
     "reason": lambda row: storable("; ".join(filter(None, (row.result.reason, row.not_kept)))),
