@@ -18,18 +18,8 @@ from numpy.typing import NDArray
 from count_video.errors import UsageError
 from count_video.physics.simulator import Motion, simulate
 from count_video.physics.theory import collision_count
+from count_video.planning import variations
 from count_video.planning.request import PlanRequest, most_collisions
-from count_video.planning.variations import (
-    RESOLVED_FRAMES,
-    Proposal,
-    Spread,
-    TrialTable,
-    chart_of,
-    proposals,
-    rate_needed_fps,
-    spread_of,
-    table_of,
-)
 from count_video.progress import NO_PROGRESS, Progress
 
 BALL_AT_LEAST_PX = 20.0
@@ -67,7 +57,7 @@ class Measured:
 RESOLVED = Measured(
     *("rendered clips whose frames show every collision", 1160, 1155, 5, 0),
     way="seen",
-    shortest_frames=RESOLVED_FRAMES,
+    shortest_frames=variations.RESOLVED_FRAMES,
 )
 BETWEEN = Measured(
     *("rendered clips with some collisions between the frames", 42, 42, 0, 0),
@@ -164,11 +154,11 @@ class Plan:
     framing: Framing
     camera: CameraView | None
     """None where no rate was given."""
-    spread: Spread
-    proposals: tuple[Proposal, ...]
+    spread: variations.Spread
+    proposals: tuple[variations.Proposal, ...]
     """What to change for the theory's count with a safe margin; empty if nothing, or if nothing
     helps (``spread`` says which)."""
-    table: TrialTable | None
+    table: variations.TrialTable | None
     """None where no table was asked for."""
     chart: NDArray[np.void] | None = field(repr=False)
     """None where no map was asked for."""
@@ -200,13 +190,13 @@ def make_plan(
     burst = _planned_burst(motion, theory)
     framing = _framing(request, burst)
     progress.advance(1)
-    spread = spread_of(request, theory)
+    spread = variations.spread_of(request, theory)
     progress.advance(1)
-    changes = proposals(request, theory, spread)
+    changes = variations.proposals(request, theory, spread)
     progress.advance(1)
-    table = table_of(request, theory) if with_table else None
+    table = variations.table_of(request, theory) if with_table else None
     progress.advance(1)
-    chart = chart_of(request, theory) if with_chart else None
+    chart = variations.chart_of(request, theory) if with_chart else None
     progress.advance(1)
     progress.finish()
     camera = _camera_view(request, burst, framing)
@@ -249,7 +239,7 @@ def _framing(request: PlanRequest, burst: PlannedBurst) -> Framing:
     px_per_m = PICTURE_WIDTH_PX / (max(request.gap_m, burst.last_m) + 1.8 * diameter_m)
     for_the_hop = diameter_m / hop_m if math.isfinite(hop_m) and hop_m else 0.0
     return Framing(
-        rate_needed_fps=float(rate_needed_fps(burst.shortest_s)),
+        rate_needed_fps=float(variations.rate_needed_fps(burst.shortest_s)),
         ball_at_least_px=max(BALL_AT_LEAST_PX, for_the_hop),
         ball_at_most_px=diameter_m * px_per_m,
         smallest_hop_px=hop_m * px_per_m,
@@ -263,7 +253,7 @@ def _camera_view(request: PlanRequest, burst: PlannedBurst, framing: Framing) ->
         return None
     shortest = burst.shortest_s * rate
     way, measured = most_like(burst.count, shortest, rate)
-    close = sum(interval * rate < RESOLVED_FRAMES for interval in burst.intervals_s)
+    close = sum(interval * rate < variations.RESOLVED_FRAMES for interval in burst.intervals_s)
     px_per_m = framing.ball_at_most_px / request.ball_diameter_m
     last_px_frame = burst.last_speed_m_s * px_per_m / rate
     return CameraView(rate, shortest, close, way, measured, last_px_frame)

@@ -18,16 +18,10 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from count_video.inputs import TOLERANCES
+from count_video.planning import variations
 from count_video.planning.comparison import expected_counts
 from count_video.planning.plan import MEASURED, Plan
 from count_video.planning.request import PlanRequest, Tolerances, request_object
-from count_video.planning.variations import (
-    CLAY_STEPS,
-    GAPS_M,
-    RELEASES_M,
-    RESOLVED_FRAMES,
-    adjustments_of,
-)
 from count_video.records import SAME_COLLISION_FRAMES, Floats, TrialResult
 from count_video.reports.campaign import (
     CampaignSummary,
@@ -210,9 +204,7 @@ def plan_page(plan: Plan, picture: str) -> str:
         headline=plan_headline(plan),
         count=plan.burst.count,
         request=request,
-        gaps_m=GAPS_M,
-        releases_m=RELEASES_M,
-        clay_steps=CLAY_STEPS,
+        variations=variations,
         log_rate=math.log10(rate),
         shares=[(count, share) for count, share in shares.items() if share >= DRAWN_SHARE][::-1],
         notes=dict(plan_notes(plan)),
@@ -221,9 +213,9 @@ def plan_page(plan: Plan, picture: str) -> str:
         data={
             "request": request_object(request),
             "rate": rate,
-            "table": plain(adjustments_of(request, plan.burst.theory)),
+            "table": plain(variations.adjustments_of(request, plan.burst.theory)),
             "measured": plain(MEASURED),
-            "resolved": RESOLVED_FRAMES,
+            "resolved": variations.RESOLVED_FRAMES,
             "options": _options_beside(request),
         },
     )

@@ -11,16 +11,9 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from count_video.physics.theory import Mass, collision_count, pi_bounds, theory_of
+from count_video.planning import variations
 from count_video.planning.plan import PICTURE_WIDTH_PX, CameraView, Plan
 from count_video.planning.request import PlanRequest
-from count_video.planning.variations import (
-    ENOUGH,
-    RESOLVED_FRAMES,
-    Proposal,
-    Spread,
-    TrialTable,
-    restitution_range,
-)
 from count_video.reports.campaign import entry, histogram_lines, paper_lines
 from count_video.reports.words import (
     RARE,
@@ -103,8 +96,9 @@ def _camera_words(camera: CameraView | None) -> str:
     if camera.way == "seen":
         text += "the frames show every collision"
     else:
-        text += f"{plural(camera.close, 'collision')} closer than {RESOLVED_FRAMES:g} frames to "
-        text += f"the one before, {camera.shortest_frames:.2g} at the closest; "
+        text += f"{plural(camera.close, 'collision')} closer than "
+        text += f"{variations.RESOLVED_FRAMES:g} frames to the one before, "
+        text += f"{camera.shortest_frames:.2g} at the closest; "
         text += "these are inferred" if camera.way == "inferred" else ""
     measured = camera.measured
     if measured is None:
@@ -117,7 +111,7 @@ def _camera_words(camera: CameraView | None) -> str:
 
 def _spread_notes(plan: Plan) -> Iterator[Note]:
     spread, off = plan.spread, plan.request.tolerances
-    low, high = restitution_range(plan.request)
+    low, high = variations.restitution_range(plan.request)
     text = f"{_counts(spread)} of {spread.trials} simulated trials"
     if spread.endless_share:
         text += f"; in {spread.endless_share:.0%} the ball rattles to rest and nothing is counted"
@@ -132,7 +126,7 @@ def _spread_notes(plan: Plan) -> Iterator[Note]:
     yield "Change", _change(plan)
 
 
-def _counts(spread: Spread) -> str:
+def _counts(spread: variations.Spread) -> str:
     """List the counts, or where there are many their range."""
     shares = {count: number / spread.trials for count, number in spread.histogram.items()}
     listed = {count: share for count, share in shares.items() if share >= RARE}
@@ -147,13 +141,13 @@ def _counts(spread: Spread) -> str:
 def _change(plan: Plan) -> str:
     """Say what to change for the theory's count with a safe margin, and for the camera."""
     theory = plan.burst.theory
-    if plan.spread.theory_share >= ENOUGH:
+    if plan.spread.theory_share >= variations.ENOUGH:
         text = f"nothing, it gives {theory} with a safe margin"
     elif plan.proposals:
         words = [_proposal(plan.request, proposal) for proposal in plan.proposals]
         text = f"for {theory} with a safe margin {', or '.join(words)}"
     else:
-        text = f"no gap, release or clay gives {theory} in {ENOUGH:.0%} of such trials"
+        text = f"no gap, release or clay gives {theory} in {variations.ENOUGH:.0%} of such trials"
         text += "; take harder bodies or a smaller mass ratio"
     if plan.camera is None or plan.camera.way == "seen":
         return text
@@ -163,7 +157,7 @@ def _change(plan: Plan) -> str:
     return f"{text}, or take a smaller mass ratio or a larger gap"
 
 
-def _proposal(request: PlanRequest, proposal: Proposal) -> str:
+def _proposal(request: PlanRequest, proposal: variations.Proposal) -> str:
     """Say a change as an instruction, with what comes of it."""
     value, heavy = proposal.value, plain(request.heavy)
     if proposal.change == "gap":
@@ -177,7 +171,7 @@ def _proposal(request: PlanRequest, proposal: Proposal) -> str:
     return f"{text} ({proposal.share:.0%} of trials, film at {proposal.rate_needed_fps:.0f}/s)"
 
 
-def table_lines(table: TrialTable | None) -> list[str]:
+def table_lines(table: variations.TrialTable | None) -> list[str]:
     """Write the table of trials, as that of a campaign; no line where there is none."""
     if table is None:
         return []
