@@ -309,7 +309,6 @@ class TrialResult:
     reason: str | None
     """Why the clip is not counted, or what is doubtful; None if all is well."""
     what_to_do: str | None = None
-    """What a person can do about the reason."""
     count: int | None = None
     """Collisions of the first burst; None unless counted."""
     seen: int | None = None

@@ -58,7 +58,6 @@ class EvidenceSettings:
     """Made if it is not there."""
     picture_format: PictureFormat = "png"
     csv_dialect: CsvDialect = "comma"
-    """Dialect of the tables."""
     presenter: Shape | None = None
     """Shape of a clip for a talk, with its GIF; None for none."""
     name: str | None = None

@@ -163,7 +163,6 @@ class Plan:
     chart: NDArray[np.void] | None = field(repr=False)
     """None where no map was asked for."""
     motion: Motion = field(repr=False)
-    """The simulated trial itself."""
 
 
 def make_plan(
@@ -204,7 +203,6 @@ def make_plan(
 
 
 def _planned_burst(motion: Motion, theory: int) -> PlannedBurst:
-    """Read the answer off the simulated trial."""
     burst = motion.burst
     times = np.array([bounce.time_s for bounce in burst])
     turn_s = motion.burst_end_s
@@ -247,7 +245,6 @@ def _framing(request: PlanRequest, burst: PlannedBurst) -> Framing:
 
 
 def _camera_view(request: PlanRequest, burst: PlannedBurst, framing: Framing) -> CameraView | None:
-    """Judge the planned camera; None where there is none."""
     rate = request.capture_fps
     if rate is None:
         return None

@@ -45,7 +45,6 @@ class Spread:
     bounces, of which there is no number."""
     mean: float
     sd: float
-    """Standard deviation of a count."""
     theory_share: float
     """Share of all trials that give the theory's count."""
     table_trials: int
@@ -61,7 +60,6 @@ class CountFigures:
     """The figures of the paper's table for some trials; None where no trial has a count."""
 
     trials: int
-    """All of them."""
     counted: int
     """Those with a count, of which all that follows is."""
     maximum: int | None

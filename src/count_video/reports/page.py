@@ -125,7 +125,6 @@ def clip_page(result: TrialResult, media: PageMedia | None = None) -> str:
 
 
 def _script_data(result: TrialResult, media: PageMedia) -> dict[str, object]:
-    """Return what the page's script needs."""
     return {
         "clip_sha256": media.clip_sha256,
         "result": json_object(result),

@@ -300,7 +300,6 @@ def draw_states(axes: Axes, material: Material) -> None:
 
 
 def _ask_for_masses(axes: Axes) -> None:
-    """Say in a panel what it needs."""
     words = "needs the mass ratio:\ngive --masses HEAVY LIGHT"
     axes.set_axis_off()
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", fontsize=12)

@@ -217,7 +217,6 @@ def _as_counted(
 # ---- the files of a plan -----------------------------------------------------------------------
 
 NAMES = ("plan.json", "plan.csv", "plan.html", "plan.png", "plan.svg")
-"""Files of a plan."""
 
 
 def plan_files(plan: Plan, csv_dialect: CsvDialect = "comma") -> Iterator[tuple[str, bytes]]:
