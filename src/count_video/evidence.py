@@ -31,7 +31,7 @@ from count_video.reports.clip import Gif, frame_times_s, layout_of, pictures, pr
 from count_video.reports.drawing import MEDIA_TYPES, picture_bytes
 from count_video.reports.exports import collisions_array, json_line, table_csv, track_array
 from count_video.reports.figure import panel_figures, thumbnail_jpeg, time_panels, trial_figure
-from count_video.reports.material import Material, touching
+from count_video.reports.material import Material
 from count_video.reports.page import PageMedia, clip_page, data_address
 from count_video.reports.panels import PANELS
 from count_video.settings import EvidenceSettings
@@ -89,7 +89,7 @@ def _material(found: Followed) -> Material | None:
     """Return what is drawn of a clip, with the heavy body's face where the ball touches it."""
     if found.track is None:
         return None
-    return touching(Material(found.result, found.track))
+    return Material(found.result, found.track).touching()
 
 
 def _rows(footage: Footage, track: Track, progress: Progress) -> Iterator[tuple[Frame, int]]:

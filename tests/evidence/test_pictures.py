@@ -28,7 +28,7 @@ from count_video.reports.figure import (
     thumbnail_jpeg,
     trial_figure,
 )
-from count_video.reports.material import Material, line_of_motion, measured_states, speed_scale
+from count_video.reports.material import Material
 from count_video.reports.panels import TIME
 from count_video.video.reader import open_footage
 from table_rows import row, rows_of
@@ -41,13 +41,10 @@ PNG, SVG = b"\x89PNG\r\n\x1a\n", b"<?xml"
 def material(made: Made) -> Material:
     trial = made.trial
     assert trial.track is not None
+    empty = Material(trial.result, trial.track)
     with open_footage(CLIP) as footage:
-        lines = [line_of_motion(f.luma, trial.track, f.index) for f in footage.frames()]
-    return Material(
-        result=trial.result,
-        track=trial.track,
-        lines=lines,
-    )
+        lines = [empty.line_of_motion(frame.luma, frame.index) for frame in footage.frames()]
+    return replace(empty, lines=lines)
 
 
 @pytest.fixture(scope="module")
@@ -230,12 +227,12 @@ def test_velocities_and_energies_have_bars_of_their_standard_uncertainty(
     assert np.isfinite(sigma).all()
     assert sigma[0, 0] == 0.0  # the model has the ball at rest before the first collision
     assert sigma.ravel()[1:].min() > 0
-    speed, unit = speed_scale(material.result)
+    speed, unit = material.speed_scale
     assert unit == "m/s"
     velocities = panel(figure, "Velocities")
     assert bars(velocities, "ball") == pytest.approx(sigma[:, 0] * speed)
     assert bars(velocities, "cylinder") == pytest.approx(sigma[:, 1] * speed)
-    states = measured_states(material)
+    states = material.states
     assert states is not None
     assert states.swing_energy is not None
     first = 1 + states.swing_energy[0]

@@ -24,7 +24,7 @@ from PIL.ImageColor import getrgb
 
 from count_video.records import Collision, Floats, Frame, Point, TrialResult
 from count_video.reports.drawing import BALL, FONT, HEAVY, MARKS
-from count_video.reports.material import Material, ball_edges_px, contact_px, image_point
+from count_video.reports.material import Material
 from count_video.settings import Shape
 
 Pixels = NDArray[np.uint8]
@@ -185,16 +185,16 @@ def _draw_contacts(canvas: Pixels, layout: ClipLayout, material: Material, row: 
     track = material.track
     for c in material.result.collisions:
         if -0.5 <= track.frame[row] - c.frame < 3.5:
-            at = image_point(track, row, contact_px(c, track))
+            at = material.image_point(row, material.contact_px(c))
             _draw_mark(canvas, c, layout.place(at), 11.0)
 
 
 def _draw_bodies(canvas: Pixels, layout: ClipLayout, material: Material, row: int) -> None:
     """Draw the ball's circle, and a bracket at the heavy body's face."""
     track = material.track
-    centre = np.mean(ball_edges_px(track), axis=0)[row]
+    centre = np.mean(material.ball_edges_px, axis=0)[row]
     if np.isfinite(centre):
-        place = _fixed(layout.place(image_point(track, row, float(centre))))
+        place = _fixed(layout.place(material.image_point(row, float(centre))))
         radius = int(_fixed(track.ball_diameter_px / 2 * layout.scale))
         cv2.circle(canvas, place.tolist(), radius, getrgb(BALL), 2, cv2.LINE_AA, _FINE)
     if track.heavy is None or not np.isfinite(track.heavy.position_px[row]):
@@ -203,7 +203,7 @@ def _draw_bodies(canvas: Pixels, layout: ClipLayout, material: Material, row: in
     into, reach = 0.25 * material.outward * diameter, 0.62 * diameter
     points = []
     for along, aside in ((into, -reach), (0.0, -reach), (0.0, reach), (into, reach)):
-        x, y = image_point(track, row, face + along)
+        x, y = material.image_point(row, face + along)
         points.append(layout.place((x + aside, y) if track.line.upright else (x, y + aside)))
     _draw_path(canvas, points, HEAVY)
 
@@ -218,7 +218,7 @@ def _draw_strip(strip: Pixels, material: Material, newest: int) -> None:
     strip[filled:] = 60
     cv2.cvtColor(shown, cv2.COLOR_GRAY2RGB, dst=strip[:filled])
     scale = strip.shape[1] / image.shape[1]
-    paths = [(edge, BALL) for edge in ball_edges_px(track)]
+    paths = [(edge, BALL) for edge in material.ball_edges_px]
     if track.heavy is not None:
         paths.append((track.heavy.position_px, HEAVY))
     for place_px, colour in paths:
@@ -232,7 +232,7 @@ def _draw_strip(strip: Pixels, material: Material, newest: int) -> None:
             row = float(np.interp(c.frame, track.frame, np.arange(len(track.frame))))
             # Mark and number are whole from the first moment on.
             y_px = max(9.0, ROW_PX * (newest - row + 0.5) - 0.5)
-            x_px = (contact_px(c, track) + 0.5) * scale - 0.5
+            x_px = (material.contact_px(c) + 0.5) * scale - 0.5
             _draw_mark(strip, c, (x_px, y_px), size)
             numbers.append((x_px + size + 4, y_px - 9.0, str(c.number)))
     with _lettering(strip) as draw:

@@ -31,14 +31,7 @@ from count_video.reports.drawing import (
     YELLOW,
     number_marks,
 )
-from count_video.reports.material import (
-    Material,
-    Range,
-    ball_edges_px,
-    contact_px,
-    measured_states,
-    speed_scale,
-)
+from count_video.reports.material import Material, Range
 from count_video.reports.words import counts_words, shortened
 
 TIME = "time"
@@ -77,7 +70,7 @@ def draw_enlarged(axes: Axes, material: Material) -> None:
 def draw_space_time(axes: Axes, material: Material, frames: Range, size: float = 52) -> None:
     """Draw image, tracks and marks of a stretch of frames; ``size`` is that of the marks."""
     places, track = material.shown_places(frames), material.track
-    low, high = ball_edges_px(track)
+    low, high = material.ball_edges_px
     face = None if track.heavy is None else track.heavy.position_px
     if material.lines:
         _draw_image(axes, material, frames, places)
@@ -115,7 +108,7 @@ def _draw_marks(axes: Axes, material: Material, frames: Range, size: float) -> N
     for c in material.result.collisions:
         if frames[0] <= c.frame <= frames[1]:
             counts = c.number <= material.result.burst_size
-            alike[c.kind, c.seen, counts].append((c.frame, contact_px(c, material.track)))
+            alike[c.kind, c.seen, counts].append((c.frame, material.contact_px(c)))
     for (kind, seen, counts), places in alike.items():
         colour = MARKS[kind].colour if counts else GREY
         label = f"collision {MARKS[kind].words}{'' if seen else ', inferred'}"
@@ -146,7 +139,7 @@ def _number_and_label(
     track, outward = material.track, material.outward
     alone = track.heavy is None
     marks = [
-        (str(c.number), (c.frame, contact_px(c, track)), (0.0, up))
+        (str(c.number), (c.frame, material.contact_px(c)), (0.0, up))
         for c in material.result.collisions
         for up in [c.push * outward if alone else 1.0 if c.kind == "bodies" else -1.0]
         if c.number in numbers
@@ -154,7 +147,7 @@ def _number_and_label(
     number_marks(axes, marks, size=size)
     _count_frames(axes, material)
     axes.set_ylabel("position along the line (px)")
-    (low, high), mm_a_px = ball_edges_px(track), material.result.millimetres_per_px
+    (low, high), mm_a_px = material.ball_edges_px, material.result.millimetres_per_px
     wall = float(np.nanmin(low) if outward > 0 else np.nanmax(high))
     if mm_a_px:
         side = axes.secondary_yaxis("right", functions=_linear(outward * mm_a_px, wall))
@@ -185,7 +178,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     """
     frames = material.dense_frames if material.is_dense else material.shown_frames
     collisions, track = material.result.collisions, material.track
-    speed, unit_name = speed_scale(material.result)
+    speed, unit_name = material.speed_scale
     unit, times = speed * material.outward, np.array([c.frame for c in collisions])
     clear = np.diff(np.searchsorted(times, track.frame)) == 0
     middle = (track.frame[1:] + track.frame[:-1]) / 2
@@ -268,7 +261,7 @@ def draw_states(axes: Axes, material: Material) -> None:
     """Draw the phase circle: theory and measurement; a sentence where the ratio is not known."""
     origin = "measured" if material.lines else "planned"
     axes.set_title(f"Phase circle: theory (lines) and {origin} states")
-    states, ratio = measured_states(material), material.result.mass_ratio
+    states, ratio = material.states, material.result.mass_ratio
     expected = expected_counts(material.result)
     if states is None or ratio is None or expected is None:
         _ask_for_masses(axes)
@@ -313,7 +306,7 @@ def draw_energy(axes: Axes, material: Material) -> None:
     the value times its own. The two bodies' are taken as independent.
     """
     axes.set_title("Energy after each collision; bars: uncertainty")
-    states = measured_states(material)
+    states = material.states
     if states is None:
         _ask_for_masses(axes)
         return
