@@ -20,7 +20,6 @@ from count_video.progress import TerminalBar
 from count_video.records import Estimate
 from count_video.reports.campaign import (
     TrialRow,
-    advice,
     campaign_text,
     histogram_lines,
     name_columns,
@@ -93,16 +92,16 @@ def test_who_needs_a_person_is_marked_everywhere_with_what_to_do(
     assert trial.needs_a_person == doubtful
     assert ("needs a person" in trial_line(trial)) == doubtful
     assert ("1 of 1 trial needs a person" in text_of(trial)) == doubtful
-    assert (advice(trial) != "") == doubtful
+    assert (trial.advice != "") == doubtful
     assert (cells_of(trial)[0]["needs_a_person"] == "yes") == doubtful
     said = json.loads(campaign_json([trial], summarise([trial])))["need_a_person"]
-    assert [doubt["what_to_do"] for doubt in said] == [advice(trial)] * doubtful
+    assert [doubt["what_to_do"] for doubt in said] == [trial.advice] * doubtful
 
 
 def test_who_gave_no_video_is_not_advised_to_film_again() -> None:
     asked = "film it again"
-    assert asked not in advice(row(count=None, frames_decoded=None, what_to_do=asked))
-    assert asked in advice(row(count=None, frames_decoded=300, what_to_do=asked))
+    assert asked not in row(count=None, frames_decoded=None, what_to_do=asked).advice
+    assert asked in row(count=None, frames_decoded=300, what_to_do=asked).advice
 
 
 def test_those_who_need_a_person_come_first_with_the_reason() -> None:

@@ -82,6 +82,27 @@ class TrialRow:
         """True for a count that is less than sure."""
         return self.result.chance is not None and self.result.chance < SURE
 
+    @property
+    def other_masses(self) -> str | None:
+        """A sentence if the motion contradicts the masses given; else None."""
+        given, shown = self.result.ratio, self.result.contradicting_ratio
+        if given is None or shown is None:
+            return None
+        return sentence(Reason(Cause.MASSES_CONTRADICT, (given.value, shown.value, shown.sigma)))
+
+    @property
+    def advice(self) -> str:
+        """What a person should do about the trial; empty if nothing."""
+        if not self.needs_a_person:
+            return ""
+        if self.not_kept is not None:
+            return "remove what prevented the writing and start the same command again"
+        if self.result.frames_decoded is None:
+            return "mend what the reason names, and start the same command again"
+        if self.result.contradicting_ratio is not None and not self.is_unsure:
+            return "start again with the masses of these bodies"
+        return self.result.what_to_do or "compare the clip with the collisions listed"
+
 
 @dataclass(frozen=True)
 class Spread:
@@ -163,19 +184,6 @@ def trial_line(row: TrialRow, columns: int = NAME_COLUMNS[0]) -> str:
     return f"{printable(row.name):<{columns}}  {count:>5}  {chance:>11}{mark}"
 
 
-def advice(row: TrialRow) -> str:
-    """Say what a person should do about a trial; empty if nothing."""
-    if not row.needs_a_person:
-        return ""
-    if row.not_kept is not None:
-        return "remove what prevented the writing and start the same command again"
-    if row.result.frames_decoded is None:
-        return "mend what the reason names, and start the same command again"
-    if row.result.contradicting_ratio is not None and not row.is_unsure:
-        return "start again with the masses of these bodies"
-    return row.result.what_to_do or "compare the clip with the collisions listed"
-
-
 def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary, width: int = WIDTH) -> str:
     """Write the end of a campaign's report: who needs a person first, then the paper's table.
 
@@ -198,8 +206,8 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
         return []
     need = "needs" if len(doubtful) == 1 else "need"
     lines = [f"{len(doubtful)} of {plural(len(rows), 'trial')} {need} a person:"]
-    for what_to_do in dict.fromkeys(map(advice, doubtful)):
-        said = [f"{row.name}: {_why(row)}" for row in doubtful if advice(row) == what_to_do]
+    for what_to_do in dict.fromkeys(row.advice for row in doubtful):
+        said = [f"{row.name}: {_why(row)}" for row in doubtful if row.advice == what_to_do]
         for text in (*said, f"What to do: {what_to_do}."):
             lines += textwrap.wrap(
                 printable(text), width, initial_indent="  ", subsequent_indent=" " * 6
@@ -210,15 +218,7 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
 def _why(row: TrialRow) -> str:
     listed = chances_words(row.result.probability, 4)
     unsure = f"probably {row.result.count} ({listed})" if row.is_unsure else None
-    return row.missing or "; ".join(filter(None, (unsure, row.result.reason, other_masses(row))))
-
-
-def other_masses(row: TrialRow) -> str | None:
-    """Say so if the motion of a trial contradicts the masses given."""
-    given, shown = row.result.ratio, row.result.contradicting_ratio
-    if given is None or shown is None:
-        return None
-    return sentence(Reason(Cause.MASSES_CONTRADICT, (given.value, shown.value, shown.sigma)))
+    return row.missing or "; ".join(filter(None, (unsure, row.result.reason, row.other_masses)))
 
 
 def summary_lines(one: Summary) -> list[Line]:

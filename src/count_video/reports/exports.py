@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from count_video.planning.request import PLAN_VERSION, request_object
 from count_video.records import Track, TrialResult, Velocities
-from count_video.reports.campaign import CampaignSummary, TrialRow, advice
+from count_video.reports.campaign import CampaignSummary, TrialRow
 from count_video.reports.words import printable, storable
 from count_video.settings import CsvDialect
 
@@ -144,7 +144,7 @@ TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
     "probability": lambda row: row.result.chance,
     "needs_a_person": lambda row: row.needs_a_person,
     "reason": lambda row: storable("; ".join(filter(None, (row.result.reason, row.not_kept)))),
-    "what_to_do": advice,
+    "what_to_do": lambda row: row.advice,
     "seen": lambda row: row.result.seen,
     "between_frames": lambda row: row.result.between_frames,
     "capture_fps": lambda row: row.result.capture_fps,

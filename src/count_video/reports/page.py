@@ -23,13 +23,7 @@ from count_video.planning.comparison import expected_counts
 from count_video.planning.plan import MEASURED, Plan
 from count_video.planning.request import PlanRequest, Tolerances, request_object
 from count_video.records import SAME_COLLISION_FRAMES, Floats, TrialResult
-from count_video.reports.campaign import (
-    CampaignSummary,
-    TrialRow,
-    advice,
-    other_masses,
-    summary_lines,
-)
+from count_video.reports.campaign import CampaignSummary, TrialRow, summary_lines
 from count_video.reports.exports import json_object, plain
 from count_video.reports.plan_text import plan_headline, plan_notes, table_lines
 from count_video.reports.text import (
@@ -177,8 +171,8 @@ def campaign_page(
 
 def _doubt(row: TrialRow) -> str:
     """Say what is doubtful about a trial and what to do, in sentences."""
-    to_do = advice(row)
-    why = "; ".join(filter(None, (row.not_kept or row.result.reason, other_masses(row))))
+    to_do = row.advice
+    why = "; ".join(filter(None, (row.not_kept or row.result.reason, row.other_masses)))
     return printable(". ".join(filter(None, (why, to_do[:1].upper() + to_do[1:]))))
 
 
