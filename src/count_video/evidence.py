@@ -16,14 +16,7 @@ from matplotlib.figure import Figure
 
 from count_video.answers import Followed
 from count_video.inputs import content_digest
-from count_video.outputs import (
-    OutputFolder,
-    explained,
-    held,
-    open_outputs,
-    output_name,
-    write_whole,
-)
+from count_video.outputs import OutputFolder, explained, held, open_outputs, output_name
 from count_video.process import DRAWING_BYTES, check_memory
 from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import Floats, Frame, Track
@@ -130,9 +123,9 @@ class _Files:
 
     def write(self, suffix: str, data: bytes) -> None:
         """Let a file appear under its name when it is complete."""
-        target = self.claim(suffix)
-        with explained(target):
-            write_whole(target, data)
+        name = f"{self.name}.{suffix}"
+        self.outputs.write_all([(name, data)], self.clip)
+        self.written.append(name)
 
 
 def open_files(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:

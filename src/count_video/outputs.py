@@ -112,11 +112,11 @@ class OutputFolder:
         self.claim(name, clip)
         write_whole(self.folder / name, data)
 
-    def write_all(self, files: Iterable[tuple[str, bytes]]) -> None:
+    def write_all(self, files: Iterable[tuple[str, bytes]], clip: str = "") -> None:
         """Write files by their names; UsageError if one cannot be written, or is not ours."""
         for name, data in files:
             with explained(self.folder / name):
-                self.write(name, data)
+                self.write(name, data, clip)
 
 
 def open_outputs(folder: Path, names: Iterable[str] = ()) -> OutputFolder:

@@ -260,7 +260,7 @@ def test_a_count_stands_though_nothing_that_shows_it_can_be_written(
     def full(target: Path, data: bytes) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("count_video.evidence.write_whole", full)
+    monkeypatch.setattr("count_video.outputs.write_whole", full)
     assert main([*form, "-o", str(tmp_path / "out"), "a.mp4"]) == 1
     out, err = capsys.readouterr()
     assert ('"count": 1' if form else "a.mp4: 1 collision") in out
