@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import closing
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import Unpack
 
 from count_video import inputs, pipeline
 from count_video.batch.executor import answer_of, count_job
@@ -18,15 +18,13 @@ from count_video.errors import UsageError
 from count_video.inputs import signature
 from count_video.parallel import as_done
 from count_video.physics.theory import Mass, Theory, theory_of
+from count_video.planning.plan import Plan, make_plan
+from count_video.planning.request import PlanDetails, PlanRequest
 from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import WallSide
 from count_video.result import AnyPath, Result
 from count_video.settings import Settings, TrialSettings, trial_settings
-
-if TYPE_CHECKING:
-    from count_video.planning.plan import Plan
-    from count_video.planning.request import PlanDetails
 
 
 def count(  # noqa: PLR0913 - what a clip may need is many things, each by its name
@@ -166,9 +164,6 @@ def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[Plan
     UsageError
         If a value makes no sense.
     """
-    from count_video.planning.plan import make_plan  # noqa: PLC0415
-    from count_video.planning.request import PlanRequest  # noqa: PLC0415
-
     if unknown := details.keys() - PlanRequest.__dataclass_fields__.keys():
         raise UsageError(f"a plan has no {', '.join(sorted(unknown))}")
     return make_plan(PlanRequest(heavy, light, **details), with_chart=chart)

@@ -13,8 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.answers import Followed
+from count_video.corrections import reviewed
 from count_video.errors import CountVideoError, UsageError, reason_of
 from count_video.inputs import Signature, signature
+from count_video.planning.comparison import compared
+from count_video.planning.plan import Plan
+from count_video.planning.request import PlanRequest, read_request
 from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, Estimate, Track, TrialResult
@@ -24,9 +28,6 @@ from count_video.settings import CsvDialect, EvidenceSettings, PictureFormat, Sh
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from count_video.planning.plan import Plan
-    from count_video.planning.request import PlanRequest
 
 AnyPath = str | PathLike[str]
 
@@ -125,8 +126,6 @@ class Result:
 
         UsageError if they cannot be read, or do not belong to this clip.
         """
-        from count_video.corrections import reviewed  # noqa: PLC0415
-
         return self._answered(reviewed(self.answer, Path(corrections)))
 
     def compared(self, planned: Plan | PlanRequest | AnyPath) -> Result:
@@ -134,9 +133,6 @@ class Result:
 
         UsageError if the file holds no plan.
         """
-        from count_video.planning.comparison import compared  # noqa: PLC0415
-        from count_video.planning.request import PlanRequest, read_request  # noqa: PLC0415
-
         if isinstance(planned, str | PathLike):
             request = read_request(Path(planned))
         else:

@@ -15,19 +15,17 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.planning.plan import Plan
 from count_video.planning.request import PLAN_VERSION, request_object
 from count_video.records import Track, TrialResult, Velocities
 from count_video.reports.campaign import CampaignSummary, TrialRow
 from count_video.reports.words import printable, storable
 from count_video.settings import CsvDialect
-
-if TYPE_CHECKING:
-    from count_video.planning.plan import Plan
 
 SCHEMA_VERSION = 1
 SIGNIFICANT_DIGITS = 12
