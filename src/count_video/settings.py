@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 from count_video import inputs
 from count_video.errors import UsageError
-from count_video.inputs import checked, shown
+from count_video.inputs import shown
 
 if TYPE_CHECKING:  # NumPy takes time, and the command needs this module at once
     from count_video.physics.theory import Mass
