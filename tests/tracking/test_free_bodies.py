@@ -8,8 +8,8 @@ import pytest
 from drawn import Luma, background, paint_ball, paint_box, paint_disc, to_luma
 
 from count_video.errors import TrackingError
-from count_video.records import Floats, Track
-from count_video.reports.material import image_point
+from count_video.records import Floats, Track, TrialResult
+from count_video.reports.material import Material
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.single import single_tracks
@@ -72,7 +72,8 @@ def test_a_lone_ball_is_followed_along_the_line_of_its_bounces(tmp_path: Path) -
     error = (track.ball.position_px - y - tilt * (x - x.mean()))[seen]
     assert float(np.std(error)) <= PLACED_PX
     assert track.wall_side == "right"  # below: positions grow downward
-    places = [image_point(track, row, track.ball.position_px[row]) for row in np.flatnonzero(seen)]
+    shown = Material(TrialResult("", "counted", None), track)
+    places = [shown.image_point(row, track.ball.position_px[row]) for row in np.flatnonzero(seen)]
     away = np.array(places) - np.stack([x, y], axis=1)[seen]
     assert away.std(axis=0) == pytest.approx(0.0, abs=PLACED_PX), "also across that line"
     assert track.ball_diameter_px == pytest.approx(2 * RADIUS_PX, abs=4.0)
