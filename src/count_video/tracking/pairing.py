@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
@@ -113,7 +113,7 @@ def _gap(left: Followed, right: Followed) -> tuple[Floats, Indices]:
 
 def _neighbours(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
     """Pairs of bodies that move side by side, the one on the left first."""
-    pairs = (_ordered(*pair) for pair in combinations(found, 2))
+    pairs = ((one, other) for two in combinations(found, 2) for one, other in permutations(two))
     return [pair for pair in pairs if _side_by_side(*pair)]
 
 
@@ -137,17 +137,8 @@ def _least_size_px(left: Followed, right: Followed) -> float:
     return float(min(min(size_of(one.box)[0], one.template.shape[0]) for one in bodies))
 
 
-def _ordered(one: Followed, other: Followed) -> tuple[Followed, Followed]:
-    """Put the body on the left first."""
-    apart = other.middle_px - one.middle_px
-    known = np.isfinite(apart)
-    if known.any() and float(np.median(apart[known])) < 0:
-        return other, one
-    return one, other
-
-
 def _side_by_side(left: Followed, right: Followed) -> bool:
-    """Whether one body stays beside the other, and both move each on its own."""
+    """Whether one body stays to the left of the other, and both move each on its own."""
     if not (was_followed(left.x_px) and was_followed(right.x_px)):
         return False
     a, b = left.edges_px[1], right.edges_px[0]
