@@ -108,7 +108,7 @@ def register_discs(
         fit = _registered(*seen, disc, guesses_px[number])
         if fit is not None:
             found[number] = fit
-    return Fits(found)
+    return Fits(found[:, :2], found[:, 2:4], *found[:, 4:].T)
 
 
 def differing(picture: Luma, behind: Luma, shift_px: Floats) -> Luma:
@@ -174,7 +174,7 @@ def _rays(radius_px: float) -> _Rays:
 def _registered(
     picture: Luma, behind: Luma, shift_px: Floats, disc: Disc, guess: Floats
 ) -> list[float] | None:
-    """Place a disc in one picture; a row of ``Fits``."""
+    """Place a disc in one picture: what ``Fits`` hold of it."""
     rays = _rays(disc.radius_px)
     inside = float(share_within(guess, disc.shape, picture.shape))
     if inside == 0:

@@ -64,7 +64,6 @@ class Fit:
     """Image position of the template's top left pixel."""
     sigma_x_px: float
     """Standard uncertainty of ``x_px``."""
-    sigma_y_px: float
     agreement: float
     """Correlation of the picture with the template at its place, -1 to 1, over the pixels that
     were not taken for something in front of the body or behind it."""
@@ -74,34 +73,19 @@ class Fit:
 
 @dataclass(frozen=True)
 class Fits:
-    """Places of a template in n pictures."""
+    """Places of a template in n pictures; NaN for a picture that shows none."""
 
-    rows: Floats
-    """What is in a ``Fit``, in that order, shape (n, 6); NaN for a picture that shows no place."""
-
-    @property
-    def places_px(self) -> Floats:
-        """Image x and y, shape (n, 2)."""
-        return self.rows[:, :2]
-
-    @property
-    def sigmas_px(self) -> Floats:
-        """Their standard uncertainties, shape (n, 2)."""
-        return self.rows[:, 2:4]
-
-    @property
-    def agreement(self) -> Floats:
-        """Shape (n,)."""
-        return self.rows[:, 4]
-
-    @property
-    def inside(self) -> Floats:
-        """Shape (n,)."""
-        return self.rows[:, 5]
+    places_px: Floats
+    sigmas_px: Floats
+    """By image x and y, with their standard uncertainties, shape (n, 2)."""
+    agreement: Floats
+    inside: Floats
+    """As in a ``Fit``, shape (n,)."""
 
     def fit(self, number: int) -> Fit | None:
         """Take what one of the pictures shows."""
-        row = self.rows[number].tolist()
+        parts = *self.places_px.T, self.sigmas_px[:, 0], self.agreement, self.inside
+        row = [float(part[number]) for part in parts]
         return None if math.isnan(row[0]) else Fit(*row)
 
 
@@ -117,7 +101,7 @@ def register_all(pictures: Lumas, template: Template, guesses_px: Floats) -> Fit
     for some in (known[k : k + AT_ONCE] for k in range(0, len(known), AT_ONCE)):
         seen = [pictures[k] for k in some.tolist()]
         found[some] = _together(seen, template, guesses_px[some])
-    return Fits(found)
+    return Fits(found[:, :2], found[:, 2:4], *found[:, 4:].T)
 
 
 @dataclass(frozen=True)
@@ -161,7 +145,7 @@ class _Search:
 
 
 def _together(pictures: Sequence[Luma], template: Template, guesses_px: Floats) -> Floats:
-    """Place the template in some pictures, from a guess for each; rows of ``Fits``."""
+    """Place the template in some pictures, from a guess for each: what ``Fits`` hold of them."""
     found = np.full((len(pictures), 6), np.nan)
     search = _begun(pictures, template, guesses_px)
     for number in range(ROUNDS):
