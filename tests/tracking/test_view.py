@@ -31,11 +31,9 @@ def disc_place(view: View) -> tuple[float, float]:
     luma = next(iter(view.frames())).luma.astype(float) - 40.0
     luma[luma < 20.0] = 0.0
     y, x = np.indices(luma.shape)
-    along, across = ((axis * luma).sum() / luma.sum() for axis in (x, y))
-    return (
-        float(view.in_picture(np.array([along]), upright=False)[0]),
-        float(view.in_picture(np.array([across]), upright=True)[0]),
-    )
+    middle = [(axis * luma).sum() / luma.sum() for axis in (x, y)]
+    there_x, there_y = view.in_picture(np.array([middle]))[0].tolist()
+    return there_x, there_y
 
 
 @pytest.mark.parametrize(

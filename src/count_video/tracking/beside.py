@@ -95,8 +95,8 @@ def turning_side(frames: Floats, place_px: Floats, frame: float) -> int:
 
 def _covers(body: Places, row: int, x: Floats, y: Floats) -> Mask:
     """Which places in a picture a body that was followed may cover."""
-    near_x = np.abs(x - body.x_px[row]) < body.width_px / 2 + APART_PX
-    return np.asarray(near_x & (np.abs(y - body.y_px[row]) < body.height_px / 2 + APART_PX))
+    (middle_x, middle_y), reach = body.xy_px[row], body.size_px / 2 + APART_PX
+    return np.asarray((np.abs(x - middle_x) < reach[0]) & (np.abs(y - middle_y) < reach[1]))
 
 
 def changes(strips: Floats) -> bool:

@@ -17,6 +17,7 @@ from count_video.records import (
     CameraTurns,
     Floats,
     Indices,
+    Mask,
     MotionLine,
     Track,
     WallSide,
@@ -188,25 +189,25 @@ def _track(
     given: WallSide | None,
 ) -> Track | None:
     """Make the track of two bodies, the one on the left (or above) first; None if one was lost."""
-    upright = movers.upright
+    axis = int(movers.upright)
     places = [places_of(one, movers, view) for one in pair]
-    if not all(was_followed(one.x_px) for one in places):
+    paths = [one.xy_px[:, axis] for one in places]
+    if not all(map(was_followed, paths)):
         return None
-    paths = [one.y_px if upright else one.x_px for one in places]
-    halves = [(one.height_px if upright else one.width_px) / 2 for one in places]
+    halves = [float(one.size_px[axis]) / 2 for one in places]
     found = wall_side(paths[0] - halves[0], paths[1] + halves[1])
     side: WallSide = given or found or "left"
     ball, heavy = (0, 1) if side == "left" else (1, 0)
     # Of the cylinder it is the place of the face that the ball strikes.
     low, high = (0.0, 2 * halves[heavy]) if side == "left" else (-2 * halves[heavy], 0.0)
-    x, y = (float(np.nanmedian(path)) for path in (places[ball].x_px, places[ball].y_px))
+    x, y = np.nanmedian(places[ball].xy_px, axis=0).tolist()
     return Track(
         frame=frames.astype(np.float64),
         ball=BodyTrack(paths[ball], places[ball].sigma_px, -halves[ball], halves[ball]),
         heavy=BodyTrack(paths[heavy] - (low + high) / 2, places[heavy].sigma_px, low, high),
         wall_side=side,
         ball_diameter_px=2 * halves[ball],
-        line=MotionLine(x, y, movers.tilt_deg, upright),
+        line=MotionLine(x, y, movers.tilt_deg, movers.upright),
         warnings=(
             *unseen_warning("ball", paths[ball]),
             *unseen_warning("cylinder" if given or found else "other body", paths[heavy]),
@@ -224,48 +225,43 @@ def lost_beyond(body: Places, frames: Indices, view: View) -> Iterator[float]:
 
     One that leaves it would reach its border soon after, if it went on as it was last seen.
     """
-    seen = np.flatnonzero(np.isfinite(body.x_px))
+    seen = np.flatnonzero(body.seen)
     corner, size = np.split(np.array(view.region), 2)
-    half = np.array([body.width_px, body.height_px]) / 2
     for last, before, end in ((seen[0], seen[1], 0), (seen[-1], seen[-2], len(frames) - 1)):
         step = (body.xy_px[last] - body.xy_px[before]) / abs(last - before)
         soon = body.xy_px[last] + LEAVES_WITHIN * step
-        inside = np.abs(soon - corner - size / 2) < size / 2 - half
+        inside = np.abs(soon - corner - size / 2) < (size - body.size_px) / 2
         if abs(last - end) > LEAVES_WITHIN and inside.all():
             yield float(frames[last])
 
 
 @dataclass(frozen=True)
 class Places:
-    """Where the middle of a body's outline was in every picture, in px of the footage.
+    """Where the middle of a body's outline was in n pictures, in px of the footage.
 
-    Arrays have shape (n,), NaN where it is not seen for sure.
+    Places are NaN where it is not seen for sure.
     """
 
-    x_px: Floats
-    y_px: Floats
+    xy_px: Floats
+    """By image x and y, shape (n, 2)."""
     sigma_px: Floats
-    """Standard uncertainty along the line of motion."""
-    width_px: float
-    height_px: float
+    """Standard uncertainty along the line of motion, shape (n,)."""
+    size_px: Floats
+    """Width and height, shape (2,)."""
 
     @property
-    def xy_px(self) -> Floats:
-        """Shape (n, 2)."""
-        return np.stack([self.x_px, self.y_px], axis=1)
+    def seen(self) -> Mask:
+        """Which pictures show it, shape (n,)."""
+        return np.isfinite(self.xy_px[:, 0])
 
 
 def places_of(body: Followed, movers: Movers, view: View) -> Places:
     """Turn places of a template in a view into those of the body in the footage."""
-    left, top, right, bottom = body.body.box
-    x_px = body.sure_x_px + (left + right) / 2
-    y_px = np.where(np.isfinite(x_px), body.y_px + (top + bottom) / 2, np.nan)
-    along = view.in_picture(x_px, upright=movers.upright)
-    across = view.in_picture(y_px, upright=not movers.upright)
-    long_px, high_px = view.factor * (right - left), view.factor * (bottom - top)
-    if movers.upright:
-        return Places(across, along, view.factor * body.sigma_px, high_px, long_px)
-    return Places(along, across, view.factor * body.sigma_px, long_px, high_px)
+    low, high = np.reshape(body.body.box, (2, 2))
+    middle = np.where(np.isfinite(body.sure_x_px)[:, None], body.xy_px + (low + high) / 2, np.nan)
+    axes = [1, 0] if movers.upright else [0, 1]
+    size, sigma = view.factor * (high - low)[axes], view.factor * body.sigma_px
+    return Places(view.in_picture(middle[:, axes]), sigma, size)
 
 
 def camera_shift(movers: Movers, view: View) -> Floats | None:

@@ -70,30 +70,37 @@ def _is_followed(body: Places) -> bool:
 
 def _prominence(body: Places) -> float:
     """Travel times size, in px squared, times the share of the pictures that show the body."""
-    size_px = float(np.sqrt(body.width_px * body.height_px))
-    return _travel(body) * size_px * float(np.isfinite(body.x_px).mean())
+    return _travel(body) * float(np.sqrt(body.size_px.prod())) * float(body.seen.mean())
 
 
 def _track(body: Places, seen: Observation) -> Track:
-    line = _line(body, _jump_direction(body.xy_px))
-    ball, aside_px = _along_and_across(body, line)
+    """Project a body's places on the line of its jumps; positions are image x or y on it."""
+    direction = _jump_direction(body.xy_px)
+    upright = bool(abs(direction[1]) > abs(direction[0]))
+    axes = [1, 0] if upright else [0, 1]
+    anchor = np.nanmedian(body.xy_px, axis=0)
+    (along, across), (forward, sideways) = direction[axes], (body.xy_px - anchor)[:, axes].T
+    position = anchor[axes[0]] + along * (along * forward + across * sideways)
+    half = float(along * body.size_px[axes[0]] / 2)
+    aside = interpolated(along * sideways - across * forward)
+    x, y = anchor.tolist()
     return Track(
         frame=seen.frames.astype(np.float64),
-        ball=ball,
+        ball=BodyTrack(position, body.sigma_px, -half, half),
         heavy=None,
-        wall_side=wall_side(ball.position_px, ball.position_px) or "left",
-        ball_diameter_px=float(min(body.width_px, body.height_px)),
-        line=line,
-        warnings=tuple(unseen_warning("body", ball.position_px)),
+        wall_side=wall_side(position, position) or "left",
+        ball_diameter_px=float(body.size_px.min()),
+        line=MotionLine(x, y, float(np.degrees(np.arctan(across / along))), upright),
+        warnings=tuple(unseen_warning("body", position)),
         shift_px=camera_shift(seen.movers, seen.view),
         turned=camera_turned(seen.movers, seen.view),
-        beside_px=aside_px,
+        beside_px=np.outer(aside, np.array([-across, along])[axes]),
     )
 
 
 def _goes_with(other: Places, body: Places) -> bool:
     """Whether a thing moves as a body makes it move: its shadow, mirror image or thread."""
-    both = np.isfinite(other.x_px) & np.isfinite(body.x_px)
+    both = other.seen & body.seen
     if np.count_nonzero(both) < len(both) * GOES_WITH_SEEN:
         return False
     design = np.column_stack([body.xy_px[both], np.ones(np.count_nonzero(both))])
@@ -103,8 +110,7 @@ def _goes_with(other: Places, body: Places) -> bool:
 
 
 def _travel(body: Places) -> float:
-    known = body.xy_px[np.isfinite(body.x_px)]
-    return float(np.ptp(known, axis=0).max())
+    return float(np.ptp(body.xy_px[body.seen], axis=0).max())
 
 
 def _jump_direction(xy_px: Floats) -> Floats:
@@ -144,27 +150,3 @@ def _agreement(second_px: Floats) -> float:
     twice = _twice(second_px)
     whole = float(np.abs(twice).sum())
     return float(np.abs(twice.sum())) / whole if whole > 0 else 0.0
-
-
-def _line(body: Places, direction: Floats) -> MotionLine:
-    x, y = (float(np.nanmedian(place)) for place in (body.x_px, body.y_px))
-    upright = bool(abs(direction[1]) > abs(direction[0]))
-    along, across = (direction[1], direction[0]) if upright else (direction[0], direction[1])
-    return MotionLine(x, y, float(np.degrees(np.arctan(across / along))), upright)
-
-
-def _along_and_across(body: Places, line: MotionLine) -> tuple[BodyTrack, Floats]:
-    """Project a body's places on the line; positions are image x or y of the projection.
-
-    Also how far from the line it is, across it, by image x and y, shape (n, 2).
-    """
-    along = float(np.cos(np.radians(line.tilt_deg)))
-    across = float(np.sin(np.radians(line.tilt_deg)))
-    x, y = body.x_px - line.anchor_x_px, body.y_px - line.anchor_y_px
-    forward, sideways = (y, x) if line.upright else (x, y)
-    anchor = line.anchor_y_px if line.upright else line.anchor_x_px
-    position = anchor + along * (along * forward + across * sideways)
-    half = along * (body.height_px if line.upright else body.width_px) / 2
-    aside = interpolated(along * sideways - across * forward)
-    beside_px = np.outer(aside, [along, -across] if line.upright else [-across, along])
-    return BodyTrack(position, body.sigma_px, -half, half), beside_px

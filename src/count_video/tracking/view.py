@@ -49,10 +49,10 @@ class View:
             return piece
         return np.array([reduced(one, self.factor) for one in piece])
 
-    def in_picture(self, places: Floats, *, upright: bool) -> Floats:
-        """Turn places of the view along x (y where ``upright``) into places of the picture."""
-        corner = self.region[1] if upright else self.region[0]
-        return np.asarray(self.factor * places + (self.factor - 1) / 2 + corner, dtype=np.float64)
+    def in_picture(self, places_px: Floats) -> Floats:
+        """Turn places of the view, by x and y, shape (n, 2), into places of the picture."""
+        begin = np.add(self.region[:2], (self.factor - 1) / 2)
+        return np.asarray(self.factor * places_px + begin, dtype=np.float64)
 
 
 def view_of(
