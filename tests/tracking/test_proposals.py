@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from count_video.tracking.corners import Trajectories
-from count_video.tracking.paths import Rough, common_direction_deg
+from count_video.tracking.paths import Rough, direction_deg
 from count_video.tracking.proposals import CHANGE_SHARE, REGIONS_AT_MOST, box_of, propose
 from count_video.tracking.regions import find_regions
 from count_video.tracking.shape import Shape
@@ -75,10 +75,7 @@ def test_most_paths_say_how_the_bodies_move_and_not_the_longest_one() -> None:
     box, fence = (0.0, 0.0, 9.0, 9.0), (-np.inf, np.inf)
     paths = [np.outer(np.arange(FRAMES) / FRAMES, way) for way in ways]
 
-    assert (
-        abs(common_direction_deg([Rough(path, box, fence, Shape(path, box)) for path in paths]))
-        < 20.0
-    )
+    assert abs(direction_deg([Rough(path, box, fence, Shape(path, box)) for path in paths])) < 20.0
 
 
 def test_regions_say_nothing_of_the_direction_where_corners_show_bodies() -> None:
@@ -86,5 +83,5 @@ def test_regions_say_nothing_of_the_direction_where_corners_show_bodies() -> Non
     body, thread = (np.outer(np.arange(FRAMES) / FRAMES, way) for way in ((12, 0), (0, 80)))
     regions = [Rough(thread, box, fence, Shape(thread, box), blurred=True, sure=False)] * 3
 
-    assert abs(common_direction_deg([Rough(body, box, fence, Shape(body, box)), *regions])) < 20.0
-    assert abs(common_direction_deg(regions)) > 70.0
+    assert abs(direction_deg([Rough(body, box, fence, Shape(body, box)), *regions])) < 20.0
+    assert abs(direction_deg(regions)) > 70.0

@@ -21,7 +21,7 @@ from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.layers import BODIES_AT_MOST, add_bodies, apart, learn_again
 from count_video.tracking.learning import Body
 from count_video.tracking.pairing import Movers, has_pair
-from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg, unsteadiness
+from count_video.tracking.paths import Rough, direction_deg, unsteadiness
 from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions, reduced_for_regions
 from count_video.tracking.rigid import RigidGroup, scene_path
@@ -81,11 +81,12 @@ def _movers_in(
     proposed = scene.proposals()
     if not proposed:
         return NOTHING_MOVES
-    upright = abs(common_direction_deg(scene.placed(proposed))) > UPRIGHT_DEG
+    tilt = direction_deg(scene.placed(proposed))
+    upright = abs(tilt) > UPRIGHT_DEG
+    if upright:
+        tilt = (180.0 - tilt) % 180.0 - 90.0  # from y
     scene.upright = upright
     roughs = scene.placed(proposed)
-    along = [rough for rough in roughs if abs(line_tilt_deg([rough])) <= UPRIGHT_DEG]
-    tilt = line_tilt_deg(along[:2] or roughs[:2])
     lumas: Lumas = Made(lambda place: pictures[place].T) if upright else pictures
     few = chosen(lumas, samples.chosen)
     clip = Clip(lumas, frames, samples.chosen, scene.background(few), np.zeros((len(frames), 2)))

@@ -43,13 +43,7 @@ class Rough:
     """Whether it was learnt before, so that its box and its places are known."""
 
 
-def line_tilt_deg(roughs: Sequence[Rough]) -> float:
-    """Find the common direction of paths, in (-90, 90] degrees from image x."""
-    moments = np.sum([_moments(rough) for rough in roughs], axis=0)
-    return _direction_deg(moments)
-
-
-def common_direction_deg(roughs: Sequence[Rough]) -> float:
+def direction_deg(roughs: Sequence[Rough]) -> float:
     """Find the direction of most paths, in (-90, 90] degrees from image x.
 
     Each counts by how much likelier it is along its own line than without any direction: so do the
@@ -59,11 +53,13 @@ def common_direction_deg(roughs: Sequence[Rough]) -> float:
     """
     turned = 0j
     for rough in [rough for rough in roughs if rough.sure] or roughs:
-        count, moments = len(known_of(rough.path_px)), _moments(rough)
-        across, along = np.linalg.eigvalsh(moments) / count + PLACE_NOISE_PX**2
+        path = known_of(rough.path_px)
+        away = path - path.mean(axis=0)
+        moments = away.T @ away
+        across, along = np.linalg.eigvalsh(moments) / len(path) + PLACE_NOISE_PX**2
         across = max(across, STRAIGHT_SHARE**2 * along)
-        twice = 2 * np.radians(_direction_deg(moments))
-        turned += count / 2 * np.log(along / across) * np.exp(1j * twice)
+        twice = np.angle(moments[0, 0] - moments[1, 1] + 2j * moments[0, 1])
+        turned += len(path) / 2 * np.log(along / across) * np.exp(1j * twice)
     return float(np.degrees(np.angle(turned) / 2))
 
 
@@ -89,17 +85,6 @@ def only(path_px: Floats, samples: Indices) -> Floats:
     some = np.full(path_px.shape, np.nan)
     some[samples] = path_px[samples]
     return some
-
-
-def _moments(rough: Rough) -> Floats:
-    """Sum squares and products of a path's places about their mean, shape (2, 2)."""
-    path = known_of(rough.path_px)
-    away = path - path.mean(axis=0)
-    return np.asarray(away.T @ away)
-
-
-def _direction_deg(moments: Floats) -> float:
-    return float(np.degrees(0.5 * np.arctan2(2 * moments[0, 1], moments[0, 0] - moments[1, 1])))
 
 
 def choose(path_px: Floats, others_px: Sequence[Floats]) -> Indices:
