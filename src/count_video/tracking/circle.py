@@ -94,7 +94,9 @@ def circle_through(edges: Edges, height_px: int) -> Circle | None:
     points = edges.places_px
     clear = np.minimum(edges.clarity / np.quantile(edges.clarity, CLEAR_QUANTILE), 1.0)
     rng = np.random.default_rng(SEED)
-    some = _some(len(points), rng)
+    some = np.arange(len(points))
+    if len(points) > POINTS_AT_MOST:
+        some = rng.choice(some, POINTS_AT_MOST, replace=False)
     some = some[np.argsort(clear[some], kind="stable")]
     voters, votes = points[some], clear[some]
     low, high = (share * height_px for share in RADIUS_SHARE)
@@ -117,13 +119,6 @@ def placed(circle: Circle, edges: Edges) -> Circle:
     rough = np.array([[circle.x_px, circle.y_px, circle.radius_px]])
     x, y, radius = _refined(edges.places_px, edges.clarity, rough, NEAR_PX)[0].tolist()
     return Circle(x, y, radius, circle.sectors)
-
-
-def _some(count: int, rng: np.random.Generator) -> Indices:
-    """Which of so many points vote."""
-    if count <= POINTS_AT_MOST:
-        return np.arange(count)
-    return rng.choice(count, POINTS_AT_MOST, replace=False)
 
 
 def _sized(circles: Floats, low: float, high: float) -> Floats:

@@ -34,7 +34,6 @@ PYRAMID_LEVELS = 3
 RETURN_ERROR_PX = 0.4
 KNOWN_SHARE = 0.5
 """A corner belongs to a known body if that is where this share of its sightings lie."""
-NO_POINTS: Pixels = np.empty((0, 2), np.float32)
 
 
 @dataclass(frozen=True)
@@ -76,9 +75,10 @@ def follow_corners(pictures: Sequence[Luma], moved: Mask) -> Trajectories:
     """
     count = len(pictures)
     begun = references(count)
-    corners = [_corners(pictures[k], one) for k, one in zip(begun, moved, strict=True)]
+    corners = [_moving_corners(pictures[k], one) for k, one in zip(begun, moved, strict=True)]
     middle = count // 2
-    scene = _scene_corners(pictures[middle])
+    spacing = pictures[middle].shape[1] / SCENE_ACROSS
+    scene = _corners(pictures[middle], SCENE_CORNERS, SCENE_QUALITY, spacing)
     first = np.repeat([*begun, middle], [len(found) for found in (*corners, scene)])
     places = np.full((len(first), count, 2), np.nan, dtype=np.float32)
     places[np.arange(len(first)), first] = np.concatenate([*corners, scene])
@@ -89,24 +89,20 @@ def follow_corners(pictures: Sequence[Luma], moved: Mask) -> Trajectories:
     return Trajectories(places, np.arange(len(first)) >= len(first) - len(scene))
 
 
-def _corners(picture: Luma, moved: Mask) -> Pixels:
+def _moving_corners(picture: Luma, moved: Mask) -> Pixels:
     size = picture.shape[1], picture.shape[0]
     mask = cv2.resize(moved.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
     mask = cv2.dilate(mask, np.ones((WINDOW_PX, WINDOW_PX), np.uint8))
     spacing = float(np.clip(np.sqrt(cv2.countNonZero(mask) / CORNERS), *SPACING_PX))
-    found = cv2.goodFeaturesToTrack(
-        picture, CORNERS, QUALITY, spacing, mask=mask, blockSize=BLOCK_PX
-    )
-    return NO_POINTS if found is None else np.asarray(found, np.float32)[:, 0]
+    return _corners(picture, CORNERS, QUALITY, spacing, np.asarray(mask, np.uint8))
 
 
-def _scene_corners(picture: Luma) -> Pixels:
-    """Corners spread over the whole picture."""
-    spacing = picture.shape[1] / SCENE_ACROSS
-    found = cv2.goodFeaturesToTrack(
-        picture, SCENE_CORNERS, SCENE_QUALITY, spacing, blockSize=BLOCK_PX
-    )
-    return NO_POINTS if found is None else np.asarray(found, np.float32)[:, 0]
+def _corners(
+    picture: Luma, count: int, quality: float, spacing: float, mask: Luma | None = None
+) -> Pixels:
+    """Find the strongest corners, or those in a mask, shape (n, 2)."""
+    found = cv2.goodFeaturesToTrack(picture, count, quality, spacing, mask=mask, blockSize=BLOCK_PX)
+    return np.empty((0, 2), np.float32) if found is None else np.asarray(found, np.float32)[:, 0]
 
 
 def _step(pictures: Sequence[Luma], places: Pixels, here: int, there: int, meant: Mask) -> None:

@@ -150,13 +150,9 @@ class _Rays:
     """Which place of each ray the circle meets then, shape (s, m)."""
 
 
-def _reach(radius_px: float) -> float:
-    return min(REACH_PX, REACH_SHARE * radius_px)
-
-
 @lru_cache
 def _rays(radius_px: float) -> _Rays:
-    reach = _reach(radius_px)
+    reach = min(REACH_PX, REACH_SHARE * radius_px)
     angle = np.linspace(0, 2 * np.pi, round(2 * math.pi * radius_px / RAY_PX), endpoint=False)
     directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     on_circle = math.ceil((reach + INSIDE_PX) / STEP_PX)
