@@ -128,7 +128,9 @@ def moving_regions(regions: Regions) -> list[RigidGroup]:
     for sample, boxes in enumerate(regions.boxes):
         going = [path for path in paths if path.first + len(path.regions) == sample]
         paths += [_Path(sample, [box]) for box in _linked(going, boxes)]
-    return [_group(path, len(regions.boxes)) for path in paths if _moves(path)]
+    followed = [path for path in paths if len(path.regions) >= SAMPLES_AT_LEAST]
+    groups = [_group(path, len(regions.boxes)) for path in followed]
+    return [group for group in groups if group is not None]
 
 
 def _mask(changes: Luma) -> Luma:
@@ -185,18 +187,13 @@ def _linked(paths: Sequence[_Path], found: Floats) -> Floats:
     return found[free]
 
 
-def _moves(path: _Path) -> bool:
-    regions = np.array(path.regions)
-    size = np.median(regions[:, 2:], axis=0)
-    centres = regions[:, :2] + regions[:, 2:] / 2
-    travel = np.ptp(centres, axis=0)
-    return len(regions) >= SAMPLES_AT_LEAST and bool((travel > TRAVEL_SIZES * size).any())
-
-
-def _group(path: _Path, count: int) -> RigidGroup:
-    regions = np.array(path.regions)
+def _group(path: _Path, count: int) -> RigidGroup | None:
+    """Turn what a region does in so many samples into a group; None if it hardly moves."""
+    corners, sizes = np.split(np.array(path.regions), 2, axis=1)
+    size = np.median(sizes, axis=0)
     centres = np.full((count, 2), np.nan)
-    centres[path.first : path.first + len(regions)] = regions[:, :2] + (regions[:, 2:] - 1) / 2
-    half = np.median(regions[:, 2:], axis=0) / 2
+    centres[path.first : path.first + len(sizes)] = corners + (sizes - 1) / 2
+    if not (np.nanmax(centres, axis=0) - np.nanmin(centres, axis=0) > TRAVEL_SIZES * size).any():
+        return None
     signs = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
-    return RigidGroup(centres, signs * half, blurred=True)
+    return RigidGroup(centres, signs * size / 2, blurred=True)
