@@ -99,11 +99,11 @@ def integral(time: Floats, values: Floats) -> Floats:
 # ---- medians, and peaks between samples ----------------------------------------------------------
 
 
-def weighted_median(values: Floats, weights: Floats) -> float:
-    """Value below which half of the weight lies."""
-    order = np.argsort(values)
+def weighted_quantile(values: Floats, weights: Floats, part: float) -> float:
+    """Value below which a part of the weight lies."""
+    order = np.argsort(values, kind="stable")
     share = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(share, share[-1] / 2)])
+    return float(values[order][np.searchsorted(share, part * share[-1])])
 
 
 MISPLACED = 5

@@ -18,7 +18,7 @@ from count_video.motion.errors_of_places import HALF_EXPOSURE, Errors, errors_ab
 from count_video.motion.flight import motion_of
 from count_video.motion.priors import CONTACT_STRAY_SHARE, TIME_MOVES_FRAMES
 from count_video.records import Collision, Floats, Velocities
-from count_video.signals import sigma_of, weighted_median
+from count_video.signals import sigma_of, weighted_quantile
 
 Kind = Literal["wall", "far", "bodies"]
 """What touches: the ball and a wall at smaller places, one at larger places, or both bodies."""
@@ -141,7 +141,7 @@ def _shared(
         own = [one for one, its in zip(fitted, kinds, strict=True) if its == kind]
         places = np.array([one.touch_px for one in own])
         weights = np.array([1 / (one.touch_sigma**2 + stray**2) for one in own])
-        level = weighted_median(places, weights)
+        level = weighted_quantile(places, weights, 0.5)
         scatter = float(np.sqrt(weights @ (places - level) ** 2 / weights.sum()))
         sigma = float(np.hypot(stray, scatter / np.sqrt(len(own))))
         shared[kind] = level, sigma if len(own) > 1 else np.inf

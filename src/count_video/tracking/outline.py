@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from count_video.records import Floats, Indices, Mask, Pixels
-from count_video.signals import beyond
+from count_video.signals import beyond, weighted_quantile
 from count_video.tracking.circle import Circle, Edges, circle_through, placed, steepest
 from count_video.tracking.shape import Box
 from count_video.tracking.template import Template, make_template
@@ -238,9 +238,7 @@ def _edge(slope: Pixels, mean: Mean, rows: Indices, ends: Indices, inward: int) 
     edges, steepness = _edges(slope, rows, ends, inward)
     columns = np.rint(edges).astype(np.intp).clip(0, slope.shape[1] - 1)
     worth = steepness**2 / mean.variance[rows, columns]
-    order = np.argsort(inward * edges, kind="stable")  # the outermost ones first
-    share = np.cumsum(worth[order])
-    outermost = float(edges[order][np.searchsorted(share, OUTERMOST_SHARE * share[-1])])
+    outermost = inward * weighted_quantile(inward * edges, worth, OUTERMOST_SHARE)
     return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())
 
 
