@@ -55,8 +55,7 @@ def _stands_ahead(seen: Observation, track: Track, rows: Sequence[int]) -> bool:
         return False
     first, last = (_shown(seen, track, row) for row in (rows[0], rows[-1]))
     return any(
-        has_face(*(_strip(luma, track, way, shift_px=shift)[0] for luma, shift in (first, last)))
-        for way in ways
+        has_face(*(_strip(*shown, track, way)[0] for shown in (first, last))) for way in ways
     )
 
 
@@ -75,7 +74,7 @@ def moves_beside(seen: Observation, track: Track, frame: float) -> bool:
     strips = []
     for row in rows[np.linspace(0, len(rows) - 1, PICTURES).astype(int)].tolist():
         luma, shift = _shown(seen, track, row)
-        strip, x, y = _strip(luma, track, way, length, shift)
+        strip, x, y = _strip(luma, shift, track, way, length)
         if track.line.upright:
             x, y = y, x
         hidden = [_covers(other, row, x - shift[0], y - shift[1]) for other in others]
@@ -157,11 +156,7 @@ def _ways(track: Track, shown: Sequence[int]) -> list[tuple[float, int]]:
 
 
 def _strip(
-    luma: Luma,
-    track: Track,
-    way: tuple[float, int],
-    length: float = np.inf,
-    shift_px: Point = (0.0, 0.0),
+    luma: Luma, shift_px: Point, track: Track, way: tuple[float, int], length: float = np.inf
 ) -> tuple[Floats, Floats, Floats]:
     """Cut out what lies ahead from a place on, as far as the border or so long.
 
@@ -170,30 +165,22 @@ def _strip(
     """
     begins, side = way
     line = track.line
-    about, level = (
-        (line.anchor_y_px, line.anchor_x_px)
-        if line.upright
-        else (line.anchor_x_px, line.anchor_y_px)
-    )
+    anchor = line.anchor_x_px, line.anchor_y_px
+    about, level = anchor[::-1] if line.upright else anchor
     border = luma.shape[1] - 1.0 if side > 0 else 0.0
     end = begins + side * min(length, max(0.0, (border - begins) * side))
     along = np.arange(min(begins, end), max(begins, end))
     half = max(1.0, HEIGHT_SHARE * track.ball_diameter_px)
     across = level + np.tan(np.radians(line.tilt_deg)) * (along - about)
     rows = np.arange(-half, half + 1)
-    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), SMOOTHING_PX)
     right, down = shift_px[::-1] if line.upright else shift_px
     x = np.tile(along, (len(rows), 1)) + right
     y = across[None] + rows[:, None] + down
     if x.size == 0:
         return x, x, y
-    picked = cv2.remap(
-        np.asarray(smooth),
-        x.astype(np.float32),
-        y.astype(np.float32),
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_REPLICATE,
-    )
+    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), SMOOTHING_PX)
+    places, mode = (x.astype(np.float32), y.astype(np.float32)), cv2.BORDER_REPLICATE
+    picked = cv2.remap(smooth, *places, cv2.INTER_LINEAR, borderMode=mode)
     return np.asarray(picked, dtype=np.float64), x, y
 
 
