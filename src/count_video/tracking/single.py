@@ -65,7 +65,7 @@ def single_tracks(seen: Observation) -> list[Track]:
 
 def _is_followed(body: Places) -> bool:
     """Whether three pictures show a body that are few enough frames apart to show how it turns."""
-    return any(len(_second_differences(body.xy_px, step)) for step in DIRECTION_STEPS)
+    return any(len(_jumps(body.xy_px, step)) for step in DIRECTION_STEPS)
 
 
 def _prominence(body: Places) -> float:
@@ -119,34 +119,30 @@ def _jump_direction(xy_px: Floats) -> Floats:
     Over few pictures a jump stands out from a bent path most, over more from the noise: the first
     step is taken over which most of the differences agree in direction.
     """
-    steps = [_second_differences(xy_px, step) for step in DIRECTION_STEPS]
-    agreeing = [_agreement(second) for second in steps]
+    steps = [_jumps(xy_px, step) for step in DIRECTION_STEPS]
+    agreeing = [_agreement(jumps) for jumps in steps]
     step = next((k for k, share in enumerate(agreeing) if share > AGREEING), np.argmax(agreeing))
-    # Twice the angle, so that jumps there and back agree; others than most have no say.
-    second = steps[int(step)]
-    twice = _twice(second)
-    angle, common = np.arctan2(second[:, 1], second[:, 0]), np.angle(twice.sum()) / 2
-    for _ in range(DIRECTION_ROUNDS):
-        away = (angle - common + np.pi / 2) % np.pi - np.pi / 2
-        common = np.angle((twice * np.exp(-((away / DIRECTION_SPREAD_RAD) ** 2))).sum()) / 2
+    jumps = steps[int(step)]
+    common = np.angle(jumps.sum()) / 2
+    for _ in range(DIRECTION_ROUNDS):  # others than most have no say
+        away = np.angle(jumps * np.exp(-2j * common)) / 2
+        common = np.angle((jumps * np.exp(-((away / DIRECTION_SPREAD_RAD) ** 2))).sum()) / 2
     direction = np.array([np.cos(common), np.sin(common)])
     forward = direction[int(np.argmax(np.abs(direction)))]
     return np.asarray(direction * np.sign(forward))
 
 
-def _second_differences(xy_px: Floats, step: int) -> Floats:
-    """Second differences over so many pictures, shape (n, 2), where all three show the body."""
+def _jumps(xy_px: Floats, step: int) -> NDArray[np.complex128]:
+    """Second differences over so many pictures, where all three show the body, shape (n,).
+
+    They are complex numbers of twice the angle and square size: jumps there and back agree.
+    """
     second = xy_px[2 * step :] - 2 * xy_px[step:-step] + xy_px[: -2 * step]
-    return np.asarray(second[np.isfinite(second).all(axis=1)])
+    known = second[np.isfinite(second).all(axis=1)]
+    return np.asarray((known[:, 0] + 1j * known[:, 1]) ** 2)
 
 
-def _twice(second_px: Floats) -> NDArray[np.complex128]:
-    """Turn differences, shape (n, 2), into complex numbers of twice their angle and square size."""
-    return np.asarray((second_px[:, 0] + 1j * second_px[:, 1]) ** 2)
-
-
-def _agreement(second_px: Floats) -> float:
-    """Share of differences that agree in direction: 1 for a line, 0 for noise."""
-    twice = _twice(second_px)
-    whole = float(np.abs(twice).sum())
-    return float(np.abs(twice.sum())) / whole if whole > 0 else 0.0
+def _agreement(jumps: NDArray[np.complex128]) -> float:
+    """Share of jumps that agree in direction: 1 for a line, 0 for noise."""
+    whole = float(np.abs(jumps).sum())
+    return float(np.abs(jumps.sum())) / whole if whole > 0 else 0.0
