@@ -25,7 +25,7 @@ def test_a_dim_picture_is_brightened_up_to_white_at_most(luma: int) -> None:
     behind = Background(np.full(SIZE, 100, np.uint8), np.zeros((1, 2)), [Light(DIM)])
     source = Source([np.full(SIZE, luma, np.uint8)], behind, ())
 
-    seen = cut_pieces(source, np.array([(20.0, 20.0)]), ((16, 24), (2, 2))).seen
+    seen = cut_pieces(source, np.array([(20.0, 20.0)]), (16, 24), (2, 2)).seen
 
     brightest = np.iinfo(seen.dtype).max
     assert seen == pytest.approx(min(luma / DIM * STEPS, brightest), abs=1)
@@ -68,7 +68,7 @@ def around(better: Floats, left_px: int) -> float:
 
 
 def test_what_moves_with_a_neighbour_is_explained_better_by_its_motion() -> None:
-    pieces = cut_pieces(side_by_side(BESIDE), PATH, ((BODY_PX, BODY_PX), MARGIN))
+    pieces = cut_pieces(side_by_side(BESIDE), PATH, (BODY_PX, BODY_PX), MARGIN)
 
     (better,) = (one() for one in median_of(pieces).theirs)
 

@@ -26,7 +26,7 @@ from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions, reduced_for_regions
 from count_video.tracking.rigid import RigidGroup, scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
-from count_video.tracking.sequences import Lumas, Made, Prepared, chosen, prepared
+from count_video.tracking.sequences import Lumas, Made, chosen, prepared
 from count_video.tracking.shape import Box, Part, Shape, known_of, size_of
 from count_video.tracking.turning import Turns, camera_turns, turned_back
 from count_video.video.store import PictureStore
@@ -60,7 +60,7 @@ def find_movers(pictures: Sequence[Luma], frames: Indices, thumbnails: Thumbnail
     samples = choose_samples(thumbnails.taken())
     if len(samples.chosen) < 2:
         return NOTHING_MOVES
-    scene = _Scene(samples, prepared(pictures, samples))
+    scene = _Scene(pictures, samples)
     turns = scene.camera_turns()
     if turns is None:
         return _movers_in(pictures, frames, samples, scene)
@@ -68,7 +68,7 @@ def find_movers(pictures: Sequence[Luma], frames: Indices, thumbnails: Thumbnail
     with PictureStore() as level:
         for picture, turn in zip(pictures, turns, strict=True):
             level.append(turned_back(picture, turn))
-        turned = _Scene(samples, prepared(level, samples))
+        turned = _Scene(level, samples)
         if turned.agrees_better_than(scene):
             return replace(_movers_in(level, frames, samples, turned), turns=turns)
     return _movers_in(pictures, frames, samples, scene)  # bodies that near each other
@@ -184,12 +184,10 @@ def _learnt_again(
 
 
 class _Scene:
-    """The samples, made alike and small, and what moves in them.
+    """The samples, made alike and small, and what moves in them."""
 
-    Those that are given are taken out of their list once they are reduced further.
-    """
-
-    def __init__(self, samples: Samples, small: Prepared) -> None:
+    def __init__(self, pictures: Sequence[Luma], samples: Samples) -> None:
+        small = prepared(pictures, samples)
         self._lights, self.scale, self._corner_px = samples.lights, small.scale, small.corner_px
         self.upright = False
         """Whether x and y of the pictures are swapped; those of the samples never are."""

@@ -101,17 +101,15 @@ class Pieces:
 
 
 def cut_pieces(
-    source: Source,
-    places_px: Floats,
-    shape_and_margin: tuple[tuple[int, int], tuple[int, int]],
+    source: Source, places_px: Floats, inner: tuple[int, int], margin: tuple[int, int]
 ) -> Pieces:
-    """Cut pieces out of samples, with a margin of some rows and columns around.
+    """Cut pieces out of samples, with a margin of some rows and columns around an inner part.
 
     ``places_px`` is image x and y of the inner part's top left pixel, shape (samples, 2); NaN for
-    the samples that are left out.
+    the samples that are left out. ``inner`` is the shape of that part.
     """
     background, known = source.background, source.known
-    (height, width), margin = shape_and_margin
+    height, width = inner
     samples = np.flatnonzero(np.isfinite(places_px[:, 0]))
     corners = places_px[samples] - margin[::-1]
     size = background.luma.shape

@@ -111,18 +111,18 @@ def _step(pictures: Sequence[Luma], places: Pixels, here: int, there: int, meant
     if len(known) == 0:
         return
     start = np.ascontiguousarray(places[known, here])
-    end, found = _flow(pictures[here], pictures[there], (start, start), PYRAMID_LEVELS)
+    end, found = _flow(pictures[here], pictures[there], start, start, PYRAMID_LEVELS)
     # Begun where it should lead, the way back needs no coarser pictures.
-    back, returned = _flow(pictures[there], pictures[here], (end, start), 0)
+    back, returned = _flow(pictures[there], pictures[here], end, start, 0)
     good = found & returned & (np.abs(back - start).max(axis=1) < RETURN_ERROR_PX)
     places[known[good], there] = end[good]
 
 
 def _flow(
-    before: Luma, after: Luma, points_and_guess: tuple[Pixels, Pixels], levels: int
+    before: Luma, after: Luma, points: Pixels, guess: Pixels, levels: int
 ) -> tuple[Pixels, Mask]:
     """Places of points, shape (n, 2), in the next picture, and which of them were found."""
-    points, guess = (one[:, None].copy() for one in points_and_guess)
+    points, guess = (one[:, None].copy() for one in (points, guess))
     size, flags = (WINDOW_PX, WINDOW_PX), cv2.OPTFLOW_USE_INITIAL_FLOW
     end, found, _ = cv2.calcOpticalFlowPyrLK(
         before, after, points, guess, winSize=size, maxLevel=levels, flags=flags

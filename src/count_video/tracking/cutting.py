@@ -136,7 +136,7 @@ def _mean(source: Source, stage: Stage, margin: tuple[int, int]) -> Mean:
     pixels = (stage.shape[0] + 2 * margin[0]) * (stage.shape[1] + 2 * margin[1])
     count = max(PIECES_AT_LEAST, PIXELS // pixels)
     some = np.linspace(0, len(samples) - 1, min(count, len(samples))).astype(int)
-    pieces = cut_pieces(source, only(stage.path_px, samples[some]), (stage.shape, margin))
+    pieces = cut_pieces(source, only(stage.path_px, samples[some]), stage.shape, margin)
     return median_of(pieces, stage.scale)
 
 
