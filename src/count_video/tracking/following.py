@@ -84,8 +84,8 @@ class Followed:
 
     @property
     def middle_px(self) -> Floats:
-        """Image x of the middle of the outline."""
-        return self.x_px + (self.body.box[0] + self.body.box[2]) / 2
+        """Image x and y of the middle of the outline, shape (n, 2)."""
+        return np.asarray(self.xy_px + np.reshape(self.body.box, (2, 2)).mean(axis=0))
 
     @property
     def edges_px(self) -> tuple[Floats, Floats]:

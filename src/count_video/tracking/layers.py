@@ -213,11 +213,8 @@ def _way_px(path_px: Floats) -> Floats:
 
 def _overlap(one: Followed, other: Followed) -> Mask:
     """Where the middle of one of two bodies lies within the outline of the other, shape (n,)."""
-    sizes = [(size_of(seen.body.box)[0], seen.body.template.shape[0]) for seen in (one, other)]
-    width, height = np.max(sizes, axis=0) / 2
-    middles = [seen.y_px + size[1] / 2 for seen, size in zip((one, other), sizes, strict=True)]
-    near = np.abs(one.middle_px - other.middle_px) < width
-    return np.asarray(near & (np.abs(middles[0] - middles[1]) < height))
+    reach = np.maximum(size_of(one.body.box), size_of(other.body.box)) / 2
+    return np.asarray((np.abs(one.middle_px - other.middle_px) < reach).all(axis=1))
 
 
 def _jumps(seen: Followed) -> Mask:
@@ -269,9 +266,7 @@ def _alike(one: Rough, other: Rough) -> bool:
 
 def _holds(rough: Rough, other: Followed, clip: Clip) -> bool:
     """Whether the box of a proposal holds the middle of a known body in most of its samples."""
-    right, down = (clip.shift_px - rough.path_px).T
-    x = other.middle_px + right
-    y = other.y_px + other.body.template.shape[0] / 2 + down
+    x, y = (other.middle_px + clip.shift_px - rough.path_px).T
     left, top, right, bottom = rough.box
     inside = (x > left) & (x < right) & (y > top) & (y < bottom)
     return bool(inside[np.isfinite(rough.path_px[:, 0])].mean() > 0.5)

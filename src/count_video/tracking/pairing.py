@@ -121,9 +121,9 @@ def _neighbours(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
 def _on_one_line(pair: tuple[Followed, Followed]) -> bool:
     """Whether two bodies overlap across their motion in the pictures that show both."""
     both = np.isfinite(pair[0].x_px + pair[1].x_px)
-    tops = [float(np.median(one.y_px[both])) for one in pair]
-    heights = [one.body.template.shape[0] for one in pair]
-    return tops[0] <= tops[1] + heights[1] and tops[1] <= tops[0] + heights[0]
+    levels = [float(np.median(one.middle_px[both, 1])) for one in pair]
+    heights = [size_of(one.body.box)[1] for one in pair]
+    return abs(levels[0] - levels[1]) <= sum(heights) / 2
 
 
 def _meet(left: Followed, right: Followed) -> bool:
@@ -134,8 +134,7 @@ def _meet(left: Followed, right: Followed) -> bool:
 
 def _least_size_px(left: Followed, right: Followed) -> float:
     """Width or height of two bodies, whichever is the least."""
-    bodies = left.body, right.body
-    return float(min(min(size_of(one.box)[0], one.template.shape[0]) for one in bodies))
+    return min(*size_of(left.body.box), *size_of(right.body.box))
 
 
 def _side_by_side(left: Followed, right: Followed) -> bool:
@@ -144,7 +143,7 @@ def _side_by_side(left: Followed, right: Followed) -> bool:
         return False
     a, b = left.edges_px[1], right.edges_px[0]
     both = np.isfinite(a) & np.isfinite(b)
-    apart = right.middle_px - left.middle_px
+    apart = (right.middle_px - left.middle_px)[:, 0]
     if np.count_nonzero(both) < 4 or np.mean(apart[both] > 0) < ORDERED_SHARE:
         return False
     together, away = float(np.std((a + b)[both])), float(np.std((a - b)[both]))
@@ -257,11 +256,10 @@ class Places:
 
 def places_of(body: Followed, movers: Movers, view: View) -> Places:
     """Turn places of a template in a view into those of the body in the footage."""
-    low, high = np.reshape(body.body.box, (2, 2))
-    middle = np.where(np.isfinite(body.sure_x_px)[:, None], body.xy_px + (low + high) / 2, np.nan)
+    middle = np.where(np.isfinite(body.sure_x_px)[:, None], body.middle_px, np.nan)
     axes = [1, 0] if movers.upright else [0, 1]
-    size, sigma = view.factor * (high - low)[axes], view.factor * body.sigma_px
-    return Places(view.in_picture(middle[:, axes]), sigma, size)
+    size, sigma = np.array(size_of(body.body.box))[axes], body.sigma_px
+    return Places(view.in_picture(middle[:, axes]), view.factor * sigma, view.factor * size)
 
 
 def camera_shift(movers: Movers, view: View) -> Floats | None:
