@@ -61,7 +61,8 @@ def add_bodies(
         enough = BODIES_AT_MOST if rough.sure else BODIES_ENOUGH
         if len(found) - len(known) >= enough:
             break
-        if any(_holds(rough, other, clip) for other in found):
+        bodies = [clip.shape(other) for other in found]
+        if any(Shape(rough.path_px, rough.box).holds(body) for body in bodies):
             continue
         if any(_alike(rough, one) for one in in_vain):
             continue
@@ -69,7 +70,6 @@ def add_bodies(
         # Paths of corners are exact; those of its own are no other's.
         exact = [other.corners for other in roughs if not other.blurred]
         seeds = [seed for seed in exact if not seed.moves_with(rough.corners)]
-        bodies = [clip.shape(other) for other in found]
         hide = [*seeds, *(one for one in bodies if rough.blurred or not one.holds(rough.corners))]
         paths = [seed.path_px for seed in seeds]
         source = Source(clip.pictures, clip.background, hide, paths[:NEIGHBOURS])
@@ -262,14 +262,6 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
 def _alike(one: Rough, other: Rough) -> bool:
     """Whether two proposals are the same."""
     return one.box == other.box and np.array_equal(one.path_px, other.path_px, equal_nan=True)
-
-
-def _holds(rough: Rough, other: Followed, clip: Clip) -> bool:
-    """Whether the box of a proposal holds the middle of a known body in most of its samples."""
-    x, y = (other.middle_px + clip.shift_px - rough.path_px).T
-    left, top, right, bottom = rough.box
-    inside = (x > left) & (x < right) & (y > top) & (y < bottom)
-    return bool(inside[np.isfinite(rough.path_px[:, 0])].mean() > 0.5)
 
 
 def _part_of(body: Body, other: Followed, clip: Clip) -> bool:
