@@ -82,7 +82,7 @@ def add_bodies(
             failed.append(rough)
             continue
         seen = follow(clip, body)
-        moves = was_followed(seen.x_px) and _travel_px(seen) > MOVES_PX
+        moves = was_followed(seen.x_px) and max(_ways_px(seen), default=0.0) > MOVES_PX
         alike = [same_body(seen.xy_px, other.xy_px) for other in found]
         if moves and not any(_stands_for_both(found[k].body, body) for k in np.flatnonzero(alike)):
             found = [other for other, same in zip(found, alike, strict=True) if not same]
@@ -136,10 +136,6 @@ def _stands_for_both(body: Body, other: Body) -> bool:
     A body is much clearer than its mirror image or its shadow, and than a part of it.
     """
     return body.template.shift_variance <= CLEARER_VARIANCE * other.template.shift_variance
-
-
-def _travel_px(seen: Followed) -> float:
-    return float(np.hypot(*np.ptp(known_of(seen.xy_px), axis=0)))
 
 
 def apart(followed: Sequence[Followed]) -> list[Followed]:
