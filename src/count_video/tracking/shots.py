@@ -14,10 +14,9 @@ import numpy as np
 
 from count_video.records import Luma
 from count_video.signals import correlation
+from count_video.tracking.samples import BLOCK_PX
 from count_video.video.pictures import reduced
 
-BLOCK_PX = 8
-"""Side of a block of a thumbnail."""
 BESIDE = 5
 """So many pictures before a place are compared with as many after it."""
 ALIKE_AT_LEAST = 0.75
