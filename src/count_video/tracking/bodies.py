@@ -63,37 +63,34 @@ def find_movers(pictures: Sequence[Luma], frames: Indices, thumbnails: Thumbnail
     scene = _Scene(pictures, samples)
     turns = scene.camera_turns()
     if turns is None:
-        return _movers_in(pictures, frames, samples, scene)
+        return _movers_in(scene, frames)
     turns = np.interp(np.arange(len(frames)), samples.chosen, turns)
     with PictureStore() as level:
         for picture, turn in zip(pictures, turns, strict=True):
             level.append(turned_back(picture, turn))
         turned = _Scene(level, samples)
         if turned.agrees_better_than(scene):
-            return replace(_movers_in(level, frames, samples, turned), turns=turns)
-    return _movers_in(pictures, frames, samples, scene)  # bodies that near each other
+            return replace(_movers_in(turned, frames), turns=turns)
+    return _movers_in(scene, frames)  # bodies that near each other
 
 
-def _movers_in(
-    pictures: Sequence[Luma], frames: Indices, samples: Samples, scene: _Scene
-) -> Movers:
+def _movers_in(scene: _Scene, frames: Indices) -> Movers:
     """Find and follow the bodies of a scene, which the camera may shift, and no more."""
     proposed = scene.proposals()
     if not proposed:
         return NOTHING_MOVES
     tilt = direction_deg(scene.placed(proposed))
-    upright = abs(tilt) > UPRIGHT_DEG
+    upright = scene.upright = abs(tilt) > UPRIGHT_DEG
+    roughs, lumas, rows = scene.placed(proposed), scene.pictures, scene.samples.chosen
     if upright:
         tilt = (180.0 - tilt) % 180.0 - 90.0  # from y
-    scene.upright = upright
-    roughs = scene.placed(proposed)
-    lumas: Lumas = Made(lambda place: pictures[place].T) if upright else pictures
-    few = chosen(lumas, samples.chosen)
-    clip = Clip(lumas, frames, samples.chosen, scene.background(few), np.zeros((len(frames), 2)))
+        lumas = Made(lambda place: scene.pictures[place].T)
+    few = chosen(lumas, rows)
+    clip = Clip(lumas, frames, rows, scene.background(few), np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)
     if motion is not None:
         shift = motion.everywhere_px
-        scene.shift_px = shift[samples.chosen][:, scene.axes] / scene.scale
+        scene.shift_px = shift[rows][:, scene.axes] / scene.scale
         clip = replace(clip, background=scene.background(few), shift_px=shift)
     followed = _followed(clip, scene, roughs)
     if motion is None:
@@ -188,7 +185,9 @@ class _Scene:
 
     def __init__(self, pictures: Sequence[Luma], samples: Samples) -> None:
         small = prepared(pictures, samples)
-        self._lights, self.scale, self._corner_px = samples.lights, small.scale, small.corner_px
+        self.pictures: Lumas = pictures
+        self.samples = samples
+        self.scale, self._corner_px = small.scale, small.corner_px
         self.upright = False
         """Whether x and y of the pictures are swapped; those of the samples never are."""
         self._corners = follow_corners(small.pictures, samples.moved)
@@ -231,14 +230,14 @@ class _Scene:
 
     def background(self, pictures: Lumas, known: Sequence[Shape] = ()) -> Background:
         """Learn what stands still from the samples, but for what shapes hide."""
-        lights = [one.turned() if self.upright else one for one in self._lights]
+        lights = [one.turned() if self.upright else one for one in self.samples.lights]
         return background_of(pictures, self.scale * self.shift_px[:, self.axes], lights, known)
 
     def _covered(self, shapes: Sequence[Shape]) -> list[list[Part]]:
         """Parts of each sample that known bodies cover, as it is reduced for regions."""
         x, y = (self._corner_px[axis] for axis in self.axes)
         scale = self.scale * self._scale
-        each = ([one.part(k, (x, y), scale) for one in shapes] for k in range(len(self._lights)))
+        each = ([one.part(k, (x, y), scale) for one in shapes] for k in range(len(self._small)))
         return [[part[::-1] if self.upright else part for part in parts] for parts in each]
 
 
