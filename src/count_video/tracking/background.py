@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from count_video.records import Floats, Luma, Pixels
+from count_video.records import Floats, Luma, Pixels, Point
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light
 from count_video.tracking.medians import median_picture
 from count_video.tracking.sequences import Lumas, moved_back
-from count_video.tracking.shape import Place, Shape, hidden
+from count_video.tracking.shape import Shape, hidden
 from count_video.tracking.template import piece_at
 from count_video.video.pictures import reduced
 
@@ -48,12 +48,12 @@ class Background:
         """Bring a whole picture to the background's brightness and place."""
         return moved_back(self.lights[sample].levelled(picture), self.shift_px[sample])
 
-    def behind(self, sample: int, place: Place, shape: tuple[int, int]) -> Pixels:
+    def behind(self, sample: int, place: Point, shape: tuple[int, int]) -> Pixels:
         """Cut out what lies behind a piece of a picture."""
         x, y = self.shift_px[sample].tolist()
         return piece_at(self.luma, place[0] - x, place[1] - y, shape)
 
-    def levelled(self, picture: Luma, sample: int, place: Place, shape: tuple[int, int]) -> Pixels:
+    def levelled(self, picture: Luma, sample: int, place: Point, shape: tuple[int, int]) -> Pixels:
         """Cut out a piece of a picture and bring it to the background's brightness."""
         light = self.lights[sample].over(place, shape, picture.shape)
         return piece_at(picture, *place, shape) / light

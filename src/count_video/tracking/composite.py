@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats, Indices, Mask, Pixels
+from count_video.records import Floats, Indices, Mask, Pixels, Point
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import Background
 from count_video.tracking.medians import of_rank
 from count_video.tracking.outline import Mean
 from count_video.tracking.sequences import Lumas, Made
-from count_video.tracking.shape import Place, Shape, hidden
+from count_video.tracking.shape import Shape, hidden
 from count_video.video.pictures import reduced
 
 Levels = NDArray[np.int16]
@@ -266,7 +266,7 @@ def _largest_mistake(pieces: Pieces, typical: Levels, covered: Mask) -> np.int16
     return np.int16(STEPS * max(CUT_SIGMAS * sigma, CUT_LEVELS))
 
 
-def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> Mask:
+def _outside(place: Point, shape: tuple[int, int], picture: tuple[int, ...]) -> Mask:
     """Mark what of a piece lies beyond the border of its picture."""
     x, y = place[0] + np.arange(shape[1]), place[1] + np.arange(shape[0])
     beyond_x, beyond_y = (

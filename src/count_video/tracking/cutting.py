@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from count_video.records import Floats, Indices, Mask
+from count_video.records import Floats, Indices, Mask, Point
 from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces, median_of
 from count_video.tracking.outline import Mean, Outline, find_outline, widths_of
 from count_video.tracking.paths import only
-from count_video.tracking.shape import Place
 
 EDGE_PX = 3
 """So far around what moves with a body its blurred edges reach."""
@@ -55,7 +54,7 @@ class Stage:
 
     scale: int
     """How many px of the pictures one of its holds."""
-    corner: Place
+    corner: Point
     """Of the box around it, from its path."""
     shape: tuple[int, int]
     """Height and width of the box."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.records import Floats, Indices, Mask
+from count_video.records import Floats, Indices, Mask, Point
 from count_video.signals import correlation
 from count_video.tracking.background import Background
 from count_video.tracking.disc import Disc, differing, register_discs
@@ -23,7 +23,7 @@ from count_video.tracking.learning import Body
 from count_video.tracking.registration import Fit, Fits, register_all
 from count_video.tracking.search import likely_places
 from count_video.tracking.sequences import Lumas, chosen
-from count_video.tracking.shape import Place, Shape
+from count_video.tracking.shape import Shape
 from count_video.tracking.template import pixels_at
 
 AGREEMENT_SHARE = 0.75
@@ -175,12 +175,12 @@ class _Path:
 
     def __init__(self, clip: Clip, body: Body) -> None:
         self._clip, self._body, self._typical = clip, body, body.typical_agreement
-        self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
-        self._fastest: Place = (0.0, 0.0)
+        self._trail: deque[tuple[int, Point]] = deque(maxlen=max(ORDERS) + 1)
+        self._fastest: Point = (0.0, 0.0)
         self.lost = self._unsure = 0
         """Pictures since the last that showed the body, and since the last that did so surely."""
 
-    def find(self, row: int, guess: Place, at_guess: Fit | None) -> Fit | None:
+    def find(self, row: int, guess: Point, at_guess: Fit | None) -> Fit | None:
         """Find the body in the next picture; ``at_guess`` is what was registered from the guess."""
         moves_on = bool(self._trail) and not self.lost
         onward = [self.onward(row, guess, order) for order in ORDERS if moves_on]
@@ -201,7 +201,7 @@ class _Path:
         self.pass_by(row, (best.x_px - right, best.y_px - down))
         return best
 
-    def _or_searched(self, best: Fit | None, row: int, near: Place) -> Fit | None:
+    def _or_searched(self, best: Fit | None, row: int, near: Point) -> Fit | None:
         """Take what is found further away if that agrees better: than a sure place, much better.
 
         The longer no fit has been sure, the rarer are the searches: in the 1st, 2nd, 3rd, 5th, 9th
@@ -215,16 +215,16 @@ class _Path:
         much = USUAL_RATIO if self._is_sure(best) else 1.0
         return found if much * (1 - found.agreement) < 1 - best.agreement else best
 
-    def _shown(self, row: int, place: Place) -> Place:
+    def _shown(self, row: int, place: Point) -> Point:
         """Where a picture shows what is at a place when the camera has not moved."""
         right, down = self._clip.shift_px[row].tolist()
         return place[0] + right, place[1] + down
 
-    def _registered(self, row: int, place: Place) -> Fit | None:
+    def _registered(self, row: int, place: Point) -> Fit | None:
         shown = np.array([self._shown(row, place)])
         return self._clip.register(np.array([row]), self._body, shown).fit(0)
 
-    def _searched(self, row: int, near: Place) -> Fit | None:
+    def _searched(self, row: int, near: Point) -> Fit | None:
         clip, template, picture = self._clip, self._body.template, self._clip.pictures[row]
         if isinstance(template, Disc):
             picture = differing(picture, clip.background.luma, clip.shift_px[row])
@@ -237,14 +237,14 @@ class _Path:
             return next(filter(self._is_sure, fits), None)  # ends of bodies are half circles
         return next((fit for fit in fits if self._believed(fit, row)), None)
 
-    def _reach(self) -> Place:
+    def _reach(self) -> Point:
         """How far to search by x and by y: further, the longer the body has been lost."""
         large = REACH_OVER_HEIGHT * self._body.template.shape[0]
         along, across = (REACH_OVER_SPEED * fastest for fastest in self._fastest)
         away = 1 + self.lost
         return max(REACH_AT_LEAST_PX, large, along) * away, large + across * away
 
-    def onward(self, row: int, guess: Place, order: int = 1) -> Place:
+    def onward(self, row: int, guess: Point, order: int = 1) -> Point:
         """Extrapolate the last places by a polynomial; the guess where there are none."""
         known, frame = list(self._trail)[-order - 1 :], int(self._clip.frames[row])
         x = y = 0.0
@@ -253,7 +253,7 @@ class _Path:
             x, y = x + share * place[0], y + share * place[1]
         return (x, y) if known else guess
 
-    def pass_by(self, row: int, place: Place) -> None:
+    def pass_by(self, row: int, place: Point) -> None:
         """Take note of where the body is in a picture."""
         frame = int(self._clip.frames[row])
         if self._trail:
@@ -269,7 +269,7 @@ class _Path:
     def _is_sure(self, fit: Fit) -> bool:
         return fit.agreement >= SURE_SHARE * self._typical
 
-    def _settles(self, fit: Fit, onward: Sequence[Place]) -> bool:
+    def _settles(self, fit: Fit, onward: Sequence[Point]) -> bool:
         """Whether no other place can agree better, or one that the body moves on to is found."""
         if 1 - fit.agreement <= USUAL_RATIO * (1 - self._typical):
             return True

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from count_video.records import Floats, Luma, Pixels
+from count_video.records import Floats, Luma, Pixels, Point
 from count_video.signals import MEDIAN_TO_SIGMA
-from count_video.tracking.shape import Place
 
 CHANGE_AT_LEAST = 0.01
 """Smaller changes of brightness, as a share of it, are left as they are."""
@@ -56,7 +55,7 @@ class Light:
         """Swap x and y."""
         return self if self.waves is None else Light(self.gain, self.waves.T)
 
-    def over(self, place: Place, shape: tuple[int, int], size: Sequence[float]) -> Pixels:
+    def over(self, place: Point, shape: tuple[int, int], size: Sequence[float]) -> Pixels:
         """Brightness over a piece of a picture, of the piece's shape; shape () if it is all one.
 
         The piece begins at a place; ``shape`` and ``size`` are those of piece and picture.
@@ -77,7 +76,7 @@ class Light:
         self,
         piece: Luma,
         stretch: float = 1.0,
-        place: Place = (0.0, 0.0),
+        place: Point = (0.0, 0.0),
         size: Sequence[float] = (),
     ) -> Luma:
         """Bring a piece of a picture to the mean brightness, times a factor.

@@ -12,10 +12,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from count_video.records import Luma, Pixels
+from count_video.records import Luma, Pixels, Point
 from count_video.signals import peak_of
 from count_video.tracking.disc import Disc
-from count_video.tracking.shape import Place
 from count_video.tracking.template import Template, cut
 
 COARSE_HEIGHT_PX = 28
@@ -33,8 +32,8 @@ ROUNDING = 0.01
 
 
 def likely_places(
-    picture: Luma, pattern: Template | Disc, near: Place, reach_px: Place
-) -> list[Place]:
+    picture: Luma, pattern: Template | Disc, near: Point, reach_px: Point
+) -> list[Point]:
     """Places of the pattern's top left pixel, right to a few px, the likeliest first.
 
     It is sought so far, along x and along y, from where it once was. For a disc the picture shows

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from count_video.records import Floats, Luma, Mask, Pixels
+from count_video.records import Floats, Luma, Mask, Pixels, Point
 from count_video.video.pictures import reduced
 
-Place = tuple[float, float]
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom in px."""
 Part = tuple[slice, slice]
@@ -27,7 +26,7 @@ DIFFERENT_PX, DIFFERENT_SHARE = 2.0, 0.02
 less than this share of its way: what polished metal mirrors creeps over it as it moves."""
 
 
-def size_of(box: Box) -> Place:
+def size_of(box: Box) -> Point:
     """Width and height of a box."""
     return box[2] - box[0], box[3] - box[1]
 
@@ -54,7 +53,7 @@ class Shape:
             appearance = reduced(self.appearance[0], scale), share > MOSTLY
         return Shape(self.path_px / scale, (left, top, right, bottom), appearance)
 
-    def paint(self, piece: Pixels, sample: int, corner: Place) -> Mask:
+    def paint(self, piece: Pixels, sample: int, corner: Point) -> Mask:
         """Paint the body over what lies behind it in a piece of a picture, in place.
 
         ``corner`` is where the piece's top left pixel lies. Returns where the body is, shape
@@ -82,7 +81,7 @@ class Shape:
         np.copyto(under, seen, where=covered[part])
         return covered
 
-    def part(self, sample: int, corner: Place = (0.0, 0.0), scale: int = 1) -> Part:
+    def part(self, sample: int, corner: Point = (0.0, 0.0), scale: int = 1) -> Part:
         """Rows and columns of a picture that lie within the box; none if it is not there.
 
         ``corner`` is where the picture's top left pixel lies, ``scale`` how many px one of its
@@ -124,7 +123,7 @@ def known_of(path_px: Floats) -> Floats:
     return np.asarray(path_px[np.isfinite(path_px[:, 0])])
 
 
-def hidden(shapes: Sequence[Shape], sample: int, corner: Place, size: tuple[int, ...]) -> Luma:
+def hidden(shapes: Sequence[Shape], sample: int, corner: Point, size: tuple[int, ...]) -> Luma:
     """Mark what shapes cover of a piece of a picture, shape (height, width)."""
     return marked([shape.part(sample, corner) for shape in shapes], size)
 
