@@ -51,10 +51,8 @@ def propose(
 
 def box_of(group: RigidGroup) -> Box:
     """Box around most of a group's corners, from its path."""
-    low, high = (
-        np.array([np.quantile(group.corners_px[:, k], part) for k, part in enumerate(parts)])
-        for parts in (OUTER_CORNERS, [1 - part for part in OUTER_CORNERS])
-    )
+    each = zip(group.corners_px.T, OUTER_CORNERS, strict=True)
+    low, high = np.transpose([np.quantile(places, (part, 1 - part)) for places, part in each])
     margin = BEYOND_CORNERS * float(high[1] - low[1]) + CORNER_MARGIN_PX
     return (*(low - margin).tolist(), *(high + margin).tolist())
 
@@ -74,13 +72,13 @@ def roughly(
         )
         for one in proposals
     ]
-    boxes = [(scale * np.reshape(box_of(one), (2, 2)))[:, axes].ravel() for one in proposals]
     roughs = []
     for number, one in enumerate(whole):
         sure = not one.blurred and len(one.corners_px) >= NEIGHBOUR_CORNERS
         low, high = one.corners_px.min(axis=0).tolist(), one.corners_px.max(axis=0).tolist()
-        corners = Shape(one.path_px, (low[0], low[1], high[0], high[1]))
-        box: Box = tuple(boxes[number].tolist())
+        corners = Shape(one.path_px, (*low, *high))
+        ends = scale * np.reshape(box_of(proposals[number]), (2, 2))
+        box: Box = tuple(ends[:, axes].ravel().tolist())
         fence = _fence(whole, number, box)
         roughs.append(Rough(one.path_px, box, fence, corners, one.blurred, sure))
     return roughs
