@@ -240,16 +240,11 @@ def _less_mistaken(pieces: Pieces, typical: Pixels, most: np.int16, away: Shifts
 
 def _moved(pieces: Levels, shifts: Shifts) -> Levels:
     """Move pieces by whole px; where they show nothing then, they are LAST."""
-    size = pieces.shape[:0:-1]
+    size, nearest, beyond = pieces.shape[:0:-1], cv2.INTER_NEAREST, int(LAST)
+    matrices = [np.array([[1.0, 0.0, x], [0.0, 1.0, y]]) for y, x in shifts.tolist()]
     moved = [
-        cv2.warpAffine(
-            piece,
-            np.array([[1.0, 0.0, x], [0.0, 1.0, y]]),
-            size,
-            flags=cv2.INTER_NEAREST,
-            borderValue=int(LAST),
-        )
-        for piece, (y, x) in zip(pieces, shifts.tolist(), strict=True)
+        cv2.warpAffine(piece, matrix, size, flags=nearest, borderValue=beyond)
+        for piece, matrix in zip(pieces, matrices, strict=True)
     ]
     return np.array(moved, np.int16)
 

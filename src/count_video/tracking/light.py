@@ -62,12 +62,10 @@ class Light:
         """
         if self.waves is None:
             return np.asarray(np.float32(self.gain))
+        axes = zip(place[::-1], shape, size, self.waves.shape, strict=True)
         down, across = (
-            _cosines(
-                (place[1 - axis] + 0.5 + np.arange(shape[axis], dtype=np.float64)) / size[axis],
-                count,
-            )
-            for axis, count in enumerate(self.waves.shape)
+            _cosines((begin + 0.5 + np.arange(length, dtype=np.float64)) / whole, count)
+            for begin, length, whole, count in axes
         )
         logarithm = (down @ self.waves).astype(np.float32) @ across.T.astype(np.float32)
         return np.asarray(np.float32(self.gain) * np.exp(logarithm))

@@ -311,7 +311,6 @@ def _jumps(path_px: Floats, rows: Indices) -> Floats:
     jumps = np.full(len(rows), np.nan)
     inner = (rows >= SPAN_FRAMES) & (rows < len(path_px) - SPAN_FRAMES)
     at = rows[inner]
-    jumps[inner] = (
-        path_px[at + SPAN_FRAMES] - 2 * path_px[at] + path_px[at - SPAN_FRAMES]
-    ) / SPAN_FRAMES
+    second = path_px[at + SPAN_FRAMES] - 2 * path_px[at] + path_px[at - SPAN_FRAMES]
+    jumps[inner] = second / SPAN_FRAMES
     return jumps
