@@ -8,6 +8,7 @@ almost nothing beyond the sampling frequency, so this interpolates and smooths i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
@@ -29,6 +30,8 @@ BLOCKS, BLOCK_PX = 16, 32
 """Of a template with many times as many pixels as so many blocks of this side, they are taken from
 the best ones alone: what lies between them is then not read."""
 LARGE_PIXELS = 4 * BLOCKS * BLOCK_PX**2
+KERNEL_STEPS = 4096
+"""Fractions of a pixel are distinguished to 0.00012 px at worst, far below any noise."""
 
 
 @dataclass(frozen=True)
@@ -236,18 +239,11 @@ def smooth(piece: Luma | Pixels, fraction_x: float, fraction_y: float) -> Pixels
 
 def _kernel(fraction: float) -> Pixels:
     """Gaussian sampled about ``fraction``, from -0.5 to 0.5, normalised."""
-    kernel: Pixels = KERNELS[round((fraction + 0.5) * KERNEL_STEPS)]
-    return kernel
+    return _kernel_about(round(fraction * KERNEL_STEPS))
 
 
-def _kernels() -> Pixels:
-    """Kernels for all fractions, shape (steps + 1, taps)."""
-    fraction = np.linspace(-0.5, 0.5, KERNEL_STEPS + 1)[:, None]
-    taps = np.arange(-REACH_PX, REACH_PX + 1) - fraction
+@cache
+def _kernel_about(steps: int) -> Pixels:
+    taps = np.arange(-REACH_PX, REACH_PX + 1) - steps / KERNEL_STEPS
     bell = np.exp(-0.5 * (taps / SMOOTHING_PX) ** 2)
-    return np.asarray(bell / bell.sum(axis=1, keepdims=True), dtype=np.float32)
-
-
-KERNEL_STEPS = 4096
-"""Fractions of a pixel are distinguished to 0.00012 px at worst, far below any noise."""
-KERNELS = _kernels()
+    return np.asarray(bell / bell.sum(), dtype=np.float32)
