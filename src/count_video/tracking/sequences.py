@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats, Indices, Luma
 from count_video.tracking.medians import quantile_of
 from count_video.tracking.samples import Samples
-from count_video.video.pictures import reduced, scale_to
-
-Depth = TypeVar("Depth", np.uint8, np.float32)
+from count_video.video.pictures import Depth, reduced, scale_to
 
 CORNERS_SIDE_PX = 960
 """Corners are followed in pictures whose longer side is no longer than this."""
