@@ -144,6 +144,8 @@ def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
         return still
     members = scenes[widest]
     path = _path(places[members], seen[members])
+    if not np.isfinite(path).any():
+        return still
     path -= np.nanmedian(path, axis=0)
     moves = float(np.nanmax(path) - np.nanmin(path)) > SHAKEN_PX
     return np.nan_to_num(path) if moves else still
