@@ -76,21 +76,6 @@ def test_a_soft_shadow_that_reaches_beyond_a_box_does_not_move_its_end() -> None
     assert outline.box[2] - outline.box[0] == pytest.approx(80, abs=1.5)
 
 
-def test_the_shadow_of_a_thread_on_the_wall_behind_is_no_end_of_a_box() -> None:
-    # A line of a third of the contrast goes with the box, over two of five of its rows, and the
-    # wall behind the line varies from picture to picture.
-    box, line = boxed(45, 125), np.roll(boxed(24, 27), 36, axis=0)
-    line[90:] = 0
-    mean = mean_of(np.asarray(WALL - (WALL - BLACK) * (box + 0.5 * line), np.float32))
-    assert mean.moving[70, 24:27].all()
-    variance = np.where(np.indices(SIZE)[1] < 40, 4.0, 1.0).astype(np.float32)
-
-    outline = find_outline(replace(mean, variance=variance), EVERYWHERE)
-
-    assert outline is not None
-    assert outline.box[2] - outline.box[0] == pytest.approx(80, abs=1.5)
-
-
 def test_an_end_before_what_changes_is_where_the_body_stops_moving_with_its_template() -> None:
     box = boxed(25, 105)
     mean = mean_of(np.asarray(WALL * (1 - box) + BODY * box, np.float32))

@@ -42,8 +42,8 @@ EDGE_WIDTH_PX = 2
 """An edge that is blurred as pictures are smoothed reaches so far to both sides."""
 EDGE_REACH_PX = 4
 OUTERMOST_SHARE, NEAR_OUTERMOST_PX = 0.1, 1.0
-"""Outermost is the edge beyond which lies this share of what the rows' edges say of its place.
-Those this near to it are taken together: the face of a cylinder is seen as a straight edge."""
+"""Outermost is the edge beyond which lies this share of the rows' steepness. Edges of rows this
+near to it are taken together: the face of a cylinder is seen as a straight edge."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def find_outline(mean: Mean, fence: tuple[float, float], *, circles: bool = True
     if circle is None:
         # By the mean alone: the deviation also grows where a neighbour comes and goes.
         along = np.abs(np.gradient(mean.appearance, axis=1))
-        ends = _edge(along, mean, rows, left, 1), _edge(along, mean, rows, right, -1)
+        ends = _edge(along, rows, left, 1), _edge(along, rows, right, -1)
     else:
         circle = placed(circle, every)
         ends = circle.x_px - circle.radius_px, circle.x_px + circle.radius_px
@@ -228,17 +228,15 @@ def _edge_points(slope: Pixels, clarity: Pixels, own: Mask) -> Edges:
     return Edges(places, clearest[pixels].astype(np.float64))
 
 
-def _edge(slope: Pixels, mean: Mean, rows: Indices, ends: Indices, inward: int) -> float:
+def _edge(slope: Pixels, rows: Indices, ends: Indices, inward: int) -> float:
     """Find the outermost point of one side of the outline, to a small part of a pixel.
 
     A quantile over the rows, which a stray row does not move, gives the outermost edge roughly; it
-    would take noise for outline, so the mean of the edges nearby stands for it. Rows count by the
-    information on a shift that their edges hold: little where a shadow ends.
+    would take noise for outline, so the mean of the edges nearby stands for it. Rows count by how
+    steep their edges are: little where a shadow ends.
     """
     edges, steepness = _edges(slope, rows, ends, inward)
-    columns = np.rint(edges).astype(np.intp).clip(0, slope.shape[1] - 1)
-    worth = steepness**2 / mean.variance[rows, columns]
-    outermost = inward * weighted_quantile(inward * edges, worth, OUTERMOST_SHARE)
+    outermost = inward * weighted_quantile(inward * edges, steepness, OUTERMOST_SHARE)
     return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())
 
 
