@@ -22,6 +22,9 @@ from count_video.tracking.rigid import CORNERS_AT_LEAST, RIGID_PX, SCENE_SEEN
 
 RIGID_SHARE = 0.9
 """In this share of the samples half of the corners keep their places in a rigid scene."""
+PARTNERS, NEAR_MEDIANS = 3, 4.0
+"""Each corner makes pairs with so many others; the scenery strays less than so many times as far as
+half of all corners do."""
 Turns = NDArray[np.complex128]
 """Similarities without their shifts: absolute values are scales, arguments angles in radians from
 x to y."""
@@ -81,11 +84,21 @@ def _similarity(here: Pixels, there: Pixels) -> tuple[complex, tuple[float, floa
     has them, and from where the similarity does. NaN for too few corners.
     """
     known = np.isfinite(here[:, 0]) & np.isfinite(there[:, 0])
-    one, other = here[known], there[known]
+    one, other = (part[known, 0] + 1j * part[known, 1].astype(np.float64) for part in (here, there))
     if len(one) < CORNERS_AT_LEAST:
         return complex(np.nan, np.nan), (np.nan, np.nan)
-    found, _ = cv2.estimateAffinePartial2D(one, other, method=cv2.LMEDS)
-    moved, left = other - one, other - one @ found[:, :2].T - found[:, 2]
-    moved -= np.median(moved, axis=0)
-    by_shift, by_turn = (float(np.median(np.hypot(*strays.T))) for strays in (moved, left))
-    return complex(found[0, 0], found[1, 0]), (by_shift, by_turn)
+    # As complex numbers: two corners each give a turn, and the best one leaves half of all nearest.
+    first = np.tile(np.arange(len(one)), PARTNERS)
+    second = (first + np.repeat(np.arange(PARTNERS), len(one)) + 1) % len(one)
+    turn = (other[second] - other[first]) / (one[second] - one[first])
+    away, gone = (part - part[first][:, None] for part in (one, other))
+    apart = np.abs(gone - turn[:, None] * away)
+    middle = np.median(apart, axis=1)
+    best = int(np.argmin(middle))
+    scenery = apart[best] <= NEAR_MEDIANS * middle[best]
+    one, other = one - one[scenery].mean(), other - other[scenery].mean()
+    product = np.conj(one[scenery]) * other[scenery]
+    found = complex(product.sum() / (np.abs(one[scenery]) ** 2).sum())
+    moved = other - one
+    moved -= complex(np.median(moved.real), np.median(moved.imag))
+    return found, (float(np.median(np.abs(moved))), float(np.median(np.abs(other - found * one))))
