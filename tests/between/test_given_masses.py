@@ -51,12 +51,14 @@ def test_masses_that_hinder_the_fit_do_not_hide_what_the_places_show(given: floa
     assert shown == fitted(None).mass_ratio
 
 
-def test_more_collisions_than_are_sought_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("given", rest_slow([1e4, None]))
+def test_more_collisions_than_are_sought_are_not_counted(
+    given: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     track = film(SETUP, Filming(FPS, clock_phase=0.3, noise_px=NOISE_PX), 1).track
     monkeypatch.setattr("count_video.motion.fitted.MOST_COLLISIONS", 40)
-    for given in (None, 1e4):
-        fit = fit_burst(track, seen_collisions(track), Knowledge(FPS, given))
-        assert fit == Reason(Cause.TOO_MANY, (40,))
+    fit = fit_burst(track, seen_collisions(track), Knowledge(FPS, given))
+    assert fit == Reason(Cause.TOO_MANY, (40,))
 
 
 def test_a_cylinder_much_lighter_than_the_ball_is_not_fitted() -> None:

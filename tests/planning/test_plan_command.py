@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import re
 import xml.etree.ElementTree as ET
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +25,15 @@ from count_video.reports.page import PageMedia, clip_page
 TOP = Path(__file__).parents[2]
 PAPER = ["--plan", "1050", "10.5", "--thread", "1.0", "--release", "0.09", "--gap", "0.03"]
 LABELS = ("Theory", "Kinds", "Shortest", "Last", "Burst", "Camera", "Film at", "Picture")
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that holds the plan of the paper's trials."""
+    folder = tmp_path_factory.mktemp("planned") / "plans" / "first"
+    with redirect_stdout(io.StringIO()):
+        assert main([*PAPER, "--capture-fps", "240", "-o", str(folder)]) == 0
+    return folder
 
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -111,18 +122,14 @@ def test_every_option_arrives(capsys: pytest.CaptureFixture[str]) -> None:
     assert output["trials"] == 12
 
 
-def test_a_folder_gets_map_pictures_page_and_plan(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    folder = tmp_path / "plans" / "first"
-    answer(capsys, *PAPER, "--capture-fps", "240", "-o", str(folder))
+def test_a_folder_gets_map_pictures_page_and_plan(planned: Path) -> None:
     names = [HIDDEN, "plan.csv", "plan.html", "plan.json", "plan.png", "plan.svg"]
-    assert sorted(file.name for file in folder.iterdir()) == names
-    assert (folder / "plan.png").read_bytes().startswith(b"\x89PNG")
-    drawing = ET.parse(folder / "plan.svg")
+    assert sorted(file.name for file in planned.iterdir()) == names
+    assert (planned / "plan.png").read_bytes().startswith(b"\x89PNG")
+    drawing = ET.parse(planned / "plan.svg")
     identifiers = {node.get("id") for node in drawing.iter()}
     assert {"tolerance", "count", "circle"} <= identifiers
-    with (folder / "plan.csv").open(encoding="ascii") as file:
+    with (planned / "plan.csv").open(encoding="ascii") as file:
         cells = list(csv.DictReader(file))
     for cell in cells[:: len(cells) // 40]:
         gap_m, release_m = float(cell["gap_m"]), float(cell["release_m"])
@@ -131,21 +138,21 @@ def test_a_folder_gets_map_pictures_page_and_plan(
         if not impossible:
             setup = Setup(wall_gap_m=gap_m, release_m=release_m)
             assert int(cell["count"]) == simulate(setup).count
-    assert read_request(folder / "plan.json") == PlanRequest(1050.0, 10.5, capture_fps=240.0)
-    page = (folder / "plan.html").read_text("utf-8")
+    assert read_request(planned / "plan.json") == PlanRequest(1050.0, 10.5, capture_fps=240.0)
+    page = (planned / "plan.html").read_text("utf-8")
     words = re.sub(r"base64,[\w+/=]+", "", page)
     assert "http" not in words.replace("http-equiv", "")
 
 
 def test_the_same_plan_makes_the_same_files_and_replaces_those_of_another(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
+    capsys: pytest.CaptureFixture[str], planned: Path, tmp_path: Path
 ) -> None:
-    one, two = tmp_path / "one", tmp_path / "two"
-    for gap, folder in (("0.02", one), ("0.03", two), ("0.02", two)):
-        answer(capsys, "--plan", "16", "1", "--gap", gap, "-o", str(folder))
-    assert read_request(two / "plan.json").gap_m == 0.02
-    for file in one.glob("plan.*"):
-        assert file.read_bytes() == (two / file.name).read_bytes(), file.name
+    for plan in (["--plan", "4", "1", "--gap", "0.02"], [*PAPER, "--capture-fps", "240"]):
+        answer(capsys, *plan, "-o", str(tmp_path))
+    files = sorted(planned.glob("plan.*"))
+    assert len(files) == 5
+    for file in files:
+        assert file.read_bytes() == (tmp_path / file.name).read_bytes(), file.name
 
 
 @pytest.mark.parametrize(
