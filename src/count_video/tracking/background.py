@@ -14,7 +14,7 @@ import numpy as np
 from count_video.records import Floats, Luma, Pixels, Point
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light
-from count_video.tracking.medians import median_picture
+from count_video.tracking.medians import median_picture, quantile_of
 from count_video.tracking.sequences import Lumas, moved_back
 from count_video.tracking.shape import Shape, hidden
 from count_video.tracking.template import piece_at
@@ -96,8 +96,8 @@ def agree_better(
             [moved_back(these[k], shifts[k]) for k in some.tolist()] for some in (even, most)
         )
         typical = median_picture(middle)
-        left_over.append(np.array([cv2.absdiff(one, typical) for one in counted]))
+        left_over.append([np.asarray(cv2.absdiff(one, typical), np.uint8) for one in counted])
         sharpness.append(np.abs(np.gradient(np.mean(counted, axis=0))).sum())
-    limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * float(np.median(left_over[0])) + ROUNDING)
-    stands, moves = (np.minimum(one, limit).mean() for one in left_over)
+    limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * quantile_of(left_over[0], 0.5) + ROUNDING)
+    stands, moves = (sum(np.minimum(one, limit).mean() for one in each) for each in left_over)
     return bool(moves < stands and sharpness[1] > sharpness[0])

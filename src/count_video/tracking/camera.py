@@ -86,7 +86,7 @@ def scenery(pictures: Lumas, background: Background, swept: Sequence[Box]) -> Sc
     stands = (background.as_it_stands(pictures[k], k) for k in some.tolist())
     changes = [_of_blocks(cv2.absdiff(one, luma)) for one in stands]
     change = np.quantile(changes, CHANGED_SHARE, axis=0)
-    whole = piece_at(luma, 0.0, 0.0, (luma.shape[0], luma.shape[1]))
+    whole = np.ascontiguousarray(piece_at(luma, 0.0, 0.0, (luma.shape[0], luma.shape[1])))
     # Threads swing above the bodies; what trembles with the scenery is among what may be a body;
     # and where bodies pass over everything, they hide it in some pictures only.
     threads = [(box[0], 0.0, box[2], box[3]) for box in swept]
@@ -94,7 +94,7 @@ def scenery(pictures: Lumas, background: Background, swept: Sequence[Box]) -> Sc
         clear = _clear_blocks(background, change, free_of)
         if len(clear) < BLOCKS_AT_LEAST:
             continue
-        halves = [_made(whole, part, change.shape) for part in (clear[::2], clear[1::2])]
+        halves = (_made(whole, part, change.shape) for part in (clear[::2], clear[1::2]))
         found = [_places(half, chosen(pictures, some), guesses[some])[0] for half in halves]
         apart = np.subtract(*found)
         if np.isnan(apart).any(axis=1).mean() > 0.5:
@@ -162,8 +162,8 @@ def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) 
         free[top : bottom + 1, left : end + 1] = False
     best = []
     for axis in (0, 1):
-        steep = np.abs(cv2.Sobel(background.luma, cv2.CV_32F, 1 - axis, axis, scale=1 / 8))
-        slope = _of_blocks(steep)
+        steep = cv2.Sobel(background.luma, cv2.CV_32F, 1 - axis, axis, scale=1 / 8)
+        slope = _of_blocks(np.abs(steep, out=steep))
         clear = np.flatnonzero(free & (slope > 0) & (change < TREMBLE_PX * slope + ROUNDING))
         best.append(clear[np.argsort(-slope.ravel()[clear], kind="stable")[:BLOCKS]])
     return np.unique(np.concatenate(best))
@@ -181,7 +181,7 @@ def _made(whole: Pixels, blocks: Indices, shape: tuple[int, ...]) -> Template:
 
 def _of_blocks(picture: cv2.typing.MatLike) -> Floats:
     """Mean of each block, shape (rows, columns)."""
-    return np.asarray(reduced(picture.astype(np.float32), BLOCK_PX), np.float64)
+    return np.asarray(reduced(np.asarray(picture, np.float32), BLOCK_PX), np.float64)
 
 
 def _moves(place: Floats, sigma: Floats) -> Mask:

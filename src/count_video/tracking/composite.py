@@ -169,7 +169,8 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
     often = len(pieces.seen) - _count(pieces.covered | pieces.others) > pieces.least
     free = pieces.covered | (pieces.others & often)
     height, width = often.shape
-    typical, variance, through, own, still = np.empty((5, height, width), np.float32)
+    typical, variance, through = np.empty((3, height, width), np.float32)
+    own, still = np.empty((2, height, width), np.float32)
     step = max(1, STRIP_PIXELS // (width * len(pieces.seen)))
     strips = [slice(top, top + step) for top in range(0, height, step)]
     for rows in strips:
@@ -187,12 +188,13 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
         variance[rows] = (_quantile(inner, free[:, rows], MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
     size = round(NEIGHBOURHOOD_PX / scale) | 1, round(NEIGHBOURHOOD_PX / scale) | 1
     moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
-    shown = len(pieces.seen) - _count(pieces.covered) > pieces.least
+    moving &= len(pieces.seen) - _count(pieces.covered) > pieces.least
+    del free, own, still  # large pieces take much memory
     behind = np.asarray(pieces.behind.mean(axis=0, dtype=np.float32) / STEPS, np.float32)
     return Mean(
         np.pad(typical, pieces.around),
         np.pad(variance, pieces.around, constant_values=NOISE_FLOOR),
-        np.pad(moving & shown, pieces.around),
+        np.pad(moving, pieces.around),
         np.pad(behind, pieces.around),
         np.pad(through, pieces.around),
         theirs,

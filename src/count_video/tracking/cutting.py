@@ -119,6 +119,7 @@ def cut_out(
     held = Mean(
         mean.appearance[part], mean.variance[part], own[part], mean.behind[part], mean.through[part]
     )
+    del mean  # it holds the pieces, by which neighbours are weighed
     outline = find_outline(held, (ends[0], ends[1]), circles=stage.own is not None)
     if outline is None:
         return None
@@ -217,7 +218,8 @@ def _without_threads(own: Mask, mean: Mean, box: tuple[slice, ...], width: int) 
         if wide[rows][np.argmax(shown)] > 0:
             broad[rows][: np.argmax(solid[rows])] = False
     runs = np.cumsum(np.diff(broad, prepend=False)) * broad
-    sharp = np.where(own, np.gradient(mean.appearance, axis=1) ** 2, 0)[box].sum(axis=1)
+    slopes = np.gradient(mean.appearance[box[0]], axis=1)[:, box[1]]
+    sharp = np.where(own[box], slopes**2, 0).sum(axis=1)
     worth = np.bincount(runs[box[0]], weights=sharp, minlength=2)
     worth[0] = -1.0  # the narrow rows
     return np.asarray(own & (runs == np.argmax(worth))[:, None])
@@ -228,11 +230,11 @@ def _lines_only(own: Mask, mean: Mean, width: int) -> Mask:
 
     A line is what an opening or closing along the row, by a ``width``, removes.
     """
-    along = np.ones((1, width), np.uint8)
-    opened = cv2.morphologyEx(mean.appearance, cv2.MORPH_OPEN, along)
-    without = cv2.morphologyEx(opened, cv2.MORPH_CLOSE, along)
+    along, without = np.ones((1, width), np.uint8), mean.appearance
+    for removing in (cv2.MORPH_OPEN, cv2.MORPH_CLOSE):
+        without = np.asarray(cv2.morphologyEx(without, removing, along), np.float32)
     lines, rest = (
-        np.sqrt(np.where(own, (one - other) ** 2, 0).sum(axis=1))
+        np.sqrt(np.sum((one - other) ** 2, axis=1, where=own))
         for one, other in ((mean.appearance, without), (without, mean.behind))
     )
     return np.asarray(lines > LINE_RATIO * rest)

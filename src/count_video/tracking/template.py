@@ -94,7 +94,7 @@ def make_template(appearance: Pixels, weight: Pixels, across: float = 0.1) -> Te
     """Complete a template; slopes by y count so many times as much as those by x."""
     slope_x, slope_y = _slopes(appearance)
     worth = (slope_x**2 + across * slope_y**2) * weight
-    usable = np.flatnonzero((weight * _best_blocks(worth)).ravel() > 0)
+    usable = np.flatnonzero((weight > 0) & _best_blocks(worth))
     if len(usable) > INFORMATIVE_PIXELS:
         best = np.argpartition(-worth.ravel()[usable], INFORMATIVE_PIXELS)[:INFORMATIVE_PIXELS]
         usable = np.sort(usable[best])
@@ -114,8 +114,8 @@ def make_template(appearance: Pixels, weight: Pixels, across: float = 0.1) -> Te
     shift_x = np.asarray(inverse[0] @ (design * chosen_weight), np.float32)
     correlation = _correlation_factor(usable, shift_x, appearance.shape)
     return Template(
-        appearance=appearance.astype(np.float32),
-        weight=weight.astype(np.float32),
+        appearance=np.ascontiguousarray(appearance, np.float32),
+        weight=np.ascontiguousarray(weight, np.float32),
         model=Model(usable, tiles, design, products, chosen_weight, inverse, correlation),
     )
 
@@ -137,12 +137,14 @@ def _best_blocks(worth: Pixels) -> Mask:
     """Mark the pixels of the blocks that are worth most; all of them if the template is small."""
     if worth.size <= LARGE_PIXELS:
         return np.ones(worth.shape, np.bool_)
-    rows, columns = (np.arange(size) // BLOCK_PX for size in worth.shape)
-    block = rows[:, None] * (columns[-1] + 1) + columns
-    total = np.bincount(block.ravel(), weights=worth.ravel())
-    best = np.zeros(len(total), np.bool_)
-    best[np.argsort(-total, kind="stable")[:BLOCKS]] = True
-    return np.asarray(best[block])
+    total = worth
+    for axis, size in enumerate(worth.shape):
+        total = np.add.reduceat(total, range(0, size, BLOCK_PX), axis=axis)
+    best = np.zeros(total.shape, np.bool_)
+    best.flat[np.argsort(-total.ravel(), kind="stable")[:BLOCKS]] = True
+    for axis, size in enumerate(worth.shape):
+        best = best.repeat(BLOCK_PX, axis=axis).take(range(size), axis=axis)
+    return best
 
 
 def tiles_of(chosen: Indices, shape: tuple[int, ...]) -> tuple[tuple[Tile, ...], Indices]:
@@ -181,11 +183,8 @@ def _correlation_factor(chosen: Indices, combination: Pixels, shape: tuple[int, 
     picture = np.zeros((shape[0] + 2 * REACH_PX, shape[1] + 2 * REACH_PX), dtype=np.float32)
     row, column = np.divmod(chosen, shape[1])
     picture[row + REACH_PX, column + REACH_PX] = combination
-    power = float((picture.astype(np.float64) ** 2).sum())
-    if power == 0.0:
-        return 1.0
-    shared = float((smooth(picture, 0.0, 0.0).astype(np.float64) ** 2).sum())
-    return shared / power / float((_kernel(0.0).astype(np.float64) ** 2).sum()) ** 2
+    power, shared = (cv2.norm(one, cv2.NORM_L2SQR) for one in (picture, smooth(picture, 0.0, 0.0)))
+    return shared / power / cv2.norm(_kernel(0.0), cv2.NORM_L2SQR) ** 2 if power else 1.0
 
 
 def piece_at(picture: Luma, x_px: float, y_px: float, shape: tuple[int, int]) -> Pixels:
