@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isqrt
 
 import numpy as np
 
@@ -33,7 +34,7 @@ WIDER, WIDEST, BODY_SHARE = 2, 16, 0.5
 many times in all, until the body ends within one, or they show this share of the picture on all
 sides."""
 REDUCED_PX = 72
-"""What a body is shows in pictures reduced until it is hardly higher."""
+"""What a body is shows in pictures reduced until a square of its area is hardly higher."""
 WIDE_PICTURES = 16
 """What a body is shows in so many of them, if its path is exact; a faint one needs them all."""
 ROUNDS, ROUNDS_AGAIN, SETTLED_PX = 3, 2, 2
@@ -143,7 +144,7 @@ def _seen(
     height, width = stage.shape
     around = wider * SURROUNDINGS * max(height, width)
     ends = 0.0 if rough.blurred or width > height else ENDS_APART * height
-    scale = max(1, wider * min(height, width) // REDUCED_PX)
+    scale = max(1, wider * isqrt(height * width) // REDUCED_PX)
     margin = round(around / scale), round(max(around, ends) / scale)
     small, before = source.reduced(scale), stage.reduced(scale)
     if align:
