@@ -12,6 +12,7 @@ import pytest
 from numbered_frames import HEIGHT, WIDTH, number_in, numbered, numbers_of, write_numbered
 
 from count_video.errors import FootageError
+from count_video.video.decoding import Tally
 from count_video.video.reader import Footage, open_footage
 from count_video.video.writer import WriteOptions
 
@@ -48,6 +49,19 @@ def test_a_part_of_a_clip_keeps_the_indices_of_the_whole(
 def test_a_part_without_frames_is_empty(clip: Path, start: int, end: int | None) -> None:
     with open_footage(clip) as footage:
         assert list(footage.frames(start, end)) == []
+
+
+def test_every_picture_is_decoded_once(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    decoded, add = [], Tally.add
+
+    def counted(tally: Tally, picture: av.VideoFrame) -> None:
+        decoded.append(picture.pts)
+        add(tally, picture)
+
+    monkeypatch.setattr(Tally, "add", counted)
+    with open_footage(clip) as footage:
+        assert numbers_of(list(footage.frames())) == list(range(FRAMES))
+    assert len(decoded) == len(set(decoded)) == FRAMES
 
 
 def test_a_clip_can_be_streamed_again_and_starts_anew(clip: Path) -> None:

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import chain
 from pathlib import Path
 
 import av
@@ -94,13 +95,21 @@ class Reading:
     def __init__(self, container: InputContainer, stream: av.VideoStream) -> None:
         self.container, self.stream = container, stream
         self.tally = Tally(stream.time_base)
-        self.pictures = self._decoded()
+        self._decoding = self._decoded()
+        self.pictures: Iterator[av.VideoFrame] = self._decoding
         """In the order of display; what fails is counted. MachineError if the decoder cannot be
         opened for want of threads, MemoryError if there is no memory for a picture."""
 
+    def first(self) -> av.VideoFrame | None:
+        """Decode the first picture, which stays the first of all; None if there is none."""
+        picture = next(self.pictures, None)
+        self.pictures = chain(() if picture is None else [picture], self._decoding)
+        return picture
+
     def close(self) -> None:
         """End the pass and release the file, and the pictures that the decoder keeps."""
-        self.pictures.close()
+        self.pictures = iter(())
+        self._decoding.close()
         self.container.close()
 
     def packets(self) -> Iterator[av.Packet[av.VideoStream]]:

@@ -31,9 +31,11 @@ class Footage:
     One stream of frames at a time: a new call of :meth:`frames` ends the one before.
     """
 
-    def __init__(self, info: FootageInfo, promise: Promise) -> None:
+    def __init__(self, info: FootageInfo, promise: Promise, opened: Reading) -> None:
         self.info = info
         self._promise = promise
+        self._opened: Reading | None = opened
+        """The pass that showed the first picture, until the first stream goes on with it."""
         self._tally = Tally()
         self._stream: Generator[Frame, None, None] | None = None
         self._copies: list[bool] = []
@@ -43,8 +45,9 @@ class Footage:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._stream is not None:
-            self._stream.close()
+        for one in (self._stream, self._opened):
+            if one is not None:
+                one.close()
 
     def frames(
         self, start: int = 0, end: int | None = None, *, colour: bool = False
@@ -83,8 +86,10 @@ class Footage:
 
     def _frames(self, start: int, end: int | None, colour: bool) -> Generator[Frame, None, None]:
         turns = self.info.rotation_deg // 90
+        opened, self._opened = self._opened, None
         # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
-        with closing(reading_of(self.info.path)) as reading:
+        with closing(opened or reading_of(self.info.path)) as reading:
+            del opened
             self._tally, self._copies = reading.tally, []
             marked = mark_repeats(self._pictures(reading, end, colour))
             for index, ((luma, chroma), copy) in enumerate(marked):
@@ -118,32 +123,43 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
 
     ``capture_fps`` are the camera's frames per second of real time, if the user knows them.
     """
-    with closing(reading_of(path)) as reading:
-        first = next(reading.pictures, None)
-        if first is None:
-            raise FootageError(
-                f"{path}: not one picture could be decoded (packets refused: "
-                f"{len(reading.tally.refused)}, coded as {reading.stream.codec_context.name}); "
-                "the file is damaged or cut, its pictures are too large (more than "
-                f"{MOST_PIXELS // 1_000_000} million pixels), or FFmpeg cannot decode their kind, "
-                "as animated WebP: copy it again from the camera, or convert it to MP4"
-            )
-        check_size(path, first.width, first.height)
-        promise, rate = promise_of(path, reading), reading.stream.average_rate
-        tags = chain(reading.container.metadata.items(), reading.stream.metadata.items())
-        stated_fps, turns = stated_rate(tags), round(first.rotation / 90) % 4
-        width_px, height_px = (first.width, first.height)[:: -1 if turns % 2 else 1]
-        info = FootageInfo(
-            path=path,
-            width_px=width_px,
-            height_px=height_px,
-            rotation_deg=90 * turns,
-            frames_promised=promise.frames,
-            container_fps=float(rate) if rate else None,
-            capture_fps=capture_fps or stated_fps,
-            capture_fps_source="option" if capture_fps else "metadata" if stated_fps else "unknown",
+    reading = reading_of(path)
+    try:
+        return Footage(*_described(path, reading, capture_fps), reading)
+    except BaseException:
+        reading.close()
+        raise
+
+
+def _described(
+    path: Path, reading: Reading, capture_fps: float | None
+) -> tuple[FootageInfo, Promise]:
+    """Say what a clip is by its container and its first picture, and what it promises."""
+    first = reading.first()
+    if first is None:
+        raise FootageError(
+            f"{path}: not one picture could be decoded (packets refused: "
+            f"{len(reading.tally.refused)}, coded as {reading.stream.codec_context.name}); "
+            "the file is damaged or cut, its pictures are too large (more than "
+            f"{MOST_PIXELS // 1_000_000} million pixels), or FFmpeg cannot decode their kind, "
+            "as animated WebP: copy it again from the camera, or convert it to MP4"
         )
-        return Footage(info, promise)
+    check_size(path, first.width, first.height)
+    promise, rate = promise_of(path, reading), reading.stream.average_rate
+    tags = chain(reading.container.metadata.items(), reading.stream.metadata.items())
+    stated_fps, turns = stated_rate(tags), round(first.rotation / 90) % 4
+    width_px, height_px = (first.width, first.height)[:: -1 if turns % 2 else 1]
+    info = FootageInfo(
+        path=path,
+        width_px=width_px,
+        height_px=height_px,
+        rotation_deg=90 * turns,
+        frames_promised=promise.frames,
+        container_fps=float(rate) if rate else None,
+        capture_fps=capture_fps or stated_fps,
+        capture_fps_source="option" if capture_fps else "metadata" if stated_fps else "unknown",
+    )
+    return info, promise
 
 
 def stated_rate(tags: Iterable[tuple[str, str]]) -> float | None:
