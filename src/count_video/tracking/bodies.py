@@ -16,7 +16,7 @@ import numpy as np
 from count_video.records import Floats, Indices, Luma
 from count_video.tracking.background import Background, agree_better, background_of
 from count_video.tracking.camera import Motion, camera_motion, scenery
-from count_video.tracking.corners import follow_corners
+from count_video.tracking.corners import Trajectories, follow_corners
 from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.layers import BODIES_AT_MOST, add_bodies, apart, learn_again
 from count_video.tracking.learning import Body
@@ -64,14 +64,12 @@ def find_movers(pictures: Sequence[Luma], frames: Indices, thumbnails: Thumbnail
     turns = scene.camera_turns()
     if turns is None:
         return _movers_in(scene, frames)
-    turns = np.interp(np.arange(len(frames)), samples.chosen, turns)
+    everywhere = np.interp(np.arange(len(frames)), samples.chosen, turns)
     with PictureStore() as level:
-        for picture, turn in zip(pictures, turns, strict=True):
+        for picture, turn in zip(pictures, everywhere, strict=True):
             level.append(turned_back(picture, turn))
-        turned = _Scene(level, samples)
-        if turned.agrees_better_than(scene):
-            return replace(_movers_in(turned, frames), turns=turns)
-    return _movers_in(scene, frames)  # bodies that near each other
+        turned = _Scene(level, samples, scene.corners_turned_back(turns))
+        return replace(_movers_in(turned, frames), turns=everywhere)
 
 
 def _movers_in(scene: _Scene, frames: Indices) -> Movers:
@@ -183,14 +181,16 @@ def _learnt_again(
 class _Scene:
     """The samples, made alike and small, and what moves in them."""
 
-    def __init__(self, pictures: Sequence[Luma], samples: Samples) -> None:
+    def __init__(
+        self, pictures: Sequence[Luma], samples: Samples, corners: Trajectories | None = None
+    ) -> None:
         small = prepared(pictures, samples)
         self.pictures: Lumas = pictures
         self.samples = samples
         self.scale, self._corner_px = small.scale, small.corner_px
         self.upright = False
         """Whether x and y of the pictures are swapped; those of the samples never are."""
-        self._corners = follow_corners(small.pictures, samples.moved)
+        self._corners = corners or follow_corners(small.pictures, samples.moved)
         self.shift_px: Floats = scene_path(self._corners, small.pictures[0].shape)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
         self._shape, still = small.pictures[0].shape, np.zeros_like(self.shift_px)
@@ -207,13 +207,27 @@ class _Scene:
         return [1, 0] if self.upright else [0, 1]
 
     def camera_turns(self) -> Turns | None:
-        """How the camera turned and scaled each sample; None where it did not."""
-        return camera_turns(self._corners, self._shape)
+        """How the camera turned and scaled each sample; None where it did not.
 
-    def agrees_better_than(self, other: _Scene) -> bool:
-        """Whether its samples agree better with their median than those of another scene do."""
-        before, after = ((one._small, one.shift_px / one._scale) for one in (other, self))
-        return agree_better(*before, *after)
+        Two bodies that near each other look as a zoom does: turned back, the samples have to agree
+        better with their median.
+        """
+        turns = camera_turns(self._corners, self._shape)
+        if turns is None:
+            return None
+        rows, columns = self._shape
+        corners = self._corners.turned_back(turns, complex(columns - 1, rows - 1) / 2)
+        back = [turned_back(one, turn) for one, turn in zip(self._small, turns, strict=True)]
+        shifts = (one / self._scale for one in (self.shift_px, scene_path(corners, self._shape)))
+        return turns if agree_better(self._small, next(shifts), back, next(shifts)) else None
+
+    def corners_turned_back(self, turns: Turns) -> Trajectories:
+        """Corners of the samples, once whole pictures are turned and scaled back."""
+        size = self.pictures[0].shape[::-1]
+        x, y = (
+            (side / 2 - edge) / self.scale for side, edge in zip(size, self._corner_px, strict=True)
+        )
+        return self._corners.turned_back(turns, complex(x, y))
 
     def proposals(self, known: Sequence[Shape] = ()) -> list[RigidGroup]:
         """Find what may be a body where no known one is."""

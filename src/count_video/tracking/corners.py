@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.records import Luma, Mask, Pixels
 from count_video.tracking.samples import references
@@ -49,6 +50,13 @@ class Trajectories:
     def seen(self) -> Mask:
         """Where a corner was followed, shape (n, s)."""
         return np.asarray(np.isfinite(self.places_px[:, :, 0]))
+
+    def turned_back(self, turns: NDArray[np.complex128], middle: complex) -> Trajectories:
+        """Turn and scale each sample back about a point, given as x + iy, by a factor each."""
+        apart = self.places_px[:, :, 0] + 1j * self.places_px[:, :, 1] - middle
+        places = middle + apart / turns
+        both = np.stack([places.real, places.imag], axis=2)
+        return Trajectories(both.astype(np.float32), self.anywhere)
 
     def beside(self, known: Sequence[Sequence[Part]], scale: int) -> Trajectories:
         """Leave out corners that lie mostly in parts of the samples that show what is known.
