@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 
-from count_video.motion.changing_rates import seen_by_time_base
+from count_video.motion.changing_rates import Timed, seen_by_time_bases
 from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.parameters import Knowledge
@@ -97,8 +97,23 @@ class Explanation:
 
 
 def at_wall(track: Track, known: Knowledge) -> Explanation:
-    """Explain a track by a ball and a heavy body at a wall."""
-    base, found = seen_by_time_base(track)
+    """Explain a track by a ball and a heavy body at a wall.
+
+    Of several times that the pictures may have those stand by which the fit leaves least over; what
+    it leaves over of the likeliest is compared with others if single flights leave less.
+    """
+    explained = []
+    for by in seen_by_time_bases(track):
+        one, errors = _at_wall_by(by, track, known), by.found.errors[0]
+        explained.append(one)
+        if one.fit and errors and one.fit.misfit_px <= errors.sigma_px:
+            break
+    return min(explained, key=lambda one: one.fit.misfit_px if one.fit else np.inf)
+
+
+def _at_wall_by(by: Timed, track: Track, known: Knowledge) -> Explanation:
+    """Explain a track by a ball and a heavy body at a wall, by the times of its pictures."""
+    base, found = by
     shown = shown_at_wall(track, found)
     fit = None
     if found.burst and (not shown.against or (leaves_doubt(found) and not known.seen_only)):

@@ -7,7 +7,7 @@ import pytest
 from filmed_trials import FilmedTrial, Filming, film
 
 from count_video.explanations import at_wall, shown_at_wall
-from count_video.motion.changing_rates import seen_by_time_base
+from count_video.motion.changing_rates import seen_by_time_bases
 from count_video.motion.fitted import NOTHING_KNOWN, Between, fit_burst
 from count_video.motion.seen import seen_collisions
 from count_video.motion.time_base import left_out
@@ -118,7 +118,7 @@ def test_collisions_in_frames_left_out_are_not_passed_over(whole: FilmedTrial) -
     frames = int(np.ceil(middle[1] + 2) - after)
     track = without(whole.track, after, frames)
 
-    base, found = seen_by_time_base(track)
+    base, found = seen_by_time_bases(track)[0]
     count, gap = fitted(track)
 
     assert found.burst < whole.motion.count

@@ -12,7 +12,8 @@ from filmed_trials import FilmedTrial, Filming, film_motion, part
 from numpy.typing import NDArray
 
 from count_video.answers import answer
-from count_video.motion.changing_rates import Timed, resolves, seen_by_time_base
+from count_video.explanations import at_wall
+from count_video.motion.changing_rates import Timed, resolves, seen_by_time_bases
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.gaps import gaps_of
 from count_video.motion.seen import seen_collisions
@@ -67,7 +68,7 @@ def test_a_ramp_is_undone(factor: int) -> None:
     whole = trial()
     track, kept = ramped(whole, factor)
 
-    base, found = seen_by_time_base(track)
+    base, found = seen_by_time_bases(track)[0]
 
     assert found.burst == len(whole.frames)
     assert [(note.cause, note.figures[0]) for note in base.notes] == [(Cause.RATE_CHANGES, factor)]
@@ -79,7 +80,7 @@ def test_a_ramp_is_undone(factor: int) -> None:
 def test_velocities_of_a_ramp_are_those_of_the_frames() -> None:
     whole = trial()
     track, _ = ramped(whole, 4)
-    base, found = seen_by_time_base(track)
+    base, found = seen_by_time_bases(track)[0]
     assert not base.keeps_rate
 
     first = base.shown(found.collisions[0])
@@ -88,6 +89,21 @@ def test_velocities_of_a_ramp_are_those_of_the_frames() -> None:
     assert track.heavy is not None
     coming = np.diff(track.heavy.position_px)[int(first.frame) - 6 : int(first.frame)].mean()
     assert first.velocity_before.heavy_px_frame == pytest.approx(coming, rel=0.05)
+
+
+def test_times_stand_by_which_the_fit_leaves_least_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of an even clip a change between two collisions may lose both of them, and be fitted."""
+    whole = trial()
+    track, frames = whole.track, whole.frames
+    changes = float(frames[3] + frames[4]) / 2, float(frames[5] + frames[6]) / 2
+    base = Ramp(changes, sparse_first=False, factor=2).time_base(track.frame)
+    wrong = Timed(base, seen_collisions(base.evened(track), pace=1.0))
+    right = seen_by_time_bases(track)
+    monkeypatch.setattr("count_video.explanations.seen_by_time_bases", lambda _: [wrong, *right])
+    explained = at_wall(track, NOTHING_KNOWN)
+    assert explained.counts
+    assert explained.count == len(frames)
+    assert not explained.notes
 
 
 @pytest.mark.parametrize("after", [0.6, 1.4, 2.6])
@@ -99,7 +115,7 @@ def test_a_ramp_next_to_a_collision_is_undone(after: float) -> None:
     end = float(whole.frames[-3] + whole.frames[-2]) / 2
     kept = np.flatnonzero((frame > begin) & (frame < end) | (frame % 4 == 0))
 
-    base, found = seen_by_time_base(rows_of(whole.track, kept))
+    base, found = seen_by_time_bases(rows_of(whole.track, kept))[0]
 
     assert found.burst == len(whole.frames)
     factor, *changes = base.notes[0].figures
@@ -155,7 +171,7 @@ def test_the_path_gives_factor_and_places(export: Export) -> None:
     """Few pictures give the speeds to a fifth or so, and corners that are no collisions."""
     whole, track = export.film()
 
-    base, found = seen_by_time_base(track)
+    base, found = seen_by_time_bases(track)[0]
 
     assert found.burst == len(whole.frames)
     shown = [(note.cause, note.figures[0]) for note in base.notes]
@@ -195,7 +211,7 @@ def test_a_ball_on_its_way_to_the_wall_at_the_end_hides_no_change() -> None:
     whole = film_motion(simulate(setup), Filming(CAPTURE_FPS, NOISE_PX, tail_frames=40))
     track, _ = ramped(whole, 2)
 
-    base, found = seen_by_time_base(track)
+    base, found = seen_by_time_bases(track)[0]
 
     assert [reason.cause for reason in found.shortcomings] == [Cause.ENDS_WITHIN]
     assert not base.keeps_rate
@@ -208,7 +224,7 @@ def test_no_other_clock_makes_up_for_collisions_that_are_missed(end: int) -> Non
     whole = trial(60.0)
     kept = np.arange(0, len(whole.track.frame) * end // 4, 8)
 
-    base, found = seen_by_time_base(rows_of(whole.track, kept))
+    base, found = seen_by_time_bases(rows_of(whole.track, kept))[0]
 
     assert not base.notes
     assert found.doubts or found.shortcomings

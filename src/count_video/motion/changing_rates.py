@@ -68,24 +68,24 @@ def _timed_by(ramp: Ramp, track: Track) -> Timed:
     return Timed(base, seen_collisions(base.evened(track), pace=1.0))
 
 
-def seen_by_time_base(track: Track) -> Timed:
-    """Find the collisions by the times of the pictures that explain a track best.
+def seen_by_time_bases(track: Track) -> list[Timed]:
+    """Find the collisions by the times of the pictures that may explain a track, likeliest first.
 
     Where neither the heavy body's path nor anything else speaks against even frames, they are even.
     Whether the collisions leave doubts has no say in that: the count must not choose its own times.
     """
     if not shows_motion(track):
-        return Timed(even(track.frame), SeenCollisions((), 0))
+        return [Timed(even(track.frame), SeenCollisions((), 0))]
     base = with_copies(track) or even(track.frame)
     steady = Timed(base, seen_collisions(base.evened(track)))
     found = steady.found
     # At the two ends of the least change of a rate, a collision keeps too little speed or too much.
     least = np.log(FACTOR_AT_LEAST) * np.sqrt(2 / max(found.burst, 2))
     if found.path_fits and found.is_whole and scatter_of(found) < least:
-        return steady
+        return [steady]
     # What the pictures are too rare for by even times they are too rare for by any.
     changing = likeliest_change(track, steady) if resolves(steady) else None
-    return changing if changing and _is_sure(changing) else steady
+    return [changing, steady] if changing and _is_sure(changing) else [steady]
 
 
 def _is_sure(by: Timed) -> bool:
