@@ -109,7 +109,9 @@ def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion
             return None
     between = [np.interp(clip.frames, few.frames, along) for along in roughly.T]
     motion = camera_motion(parts, clip.pictures, np.stack(between, axis=1))
-    return None if motion is None or _disturbs(motion, few, clip.samples, roughs) else motion
+    if motion is None or scene.agrees_better_moved(motion.everywhere_px[clip.samples]):
+        return motion
+    return None if _disturbs(motion, few, clip.samples, roughs) else motion
 
 
 def _disturbs(motion: Motion, few: Clip, samples: Indices, roughs: Sequence[Rough]) -> bool:
@@ -220,6 +222,14 @@ class _Scene:
         back = [turned_back(one, turn) for one, turn in zip(self._small, turns, strict=True)]
         shifts = (one / self._scale for one in (self.shift_px, scene_path(corners, self._shape)))
         return turns if agree_better(self._small, next(shifts), back, next(shifts)) else None
+
+    def agrees_better_moved(self, shift_px: Floats) -> bool:
+        """Whether the samples agree better with their median, moved back by a path of the camera.
+
+        It is given in px of the pictures, shape (samples, 2).
+        """
+        small = shift_px[:, self.axes] / (self.scale * self._scale)
+        return agree_better(self._small, np.zeros_like(small), self._small, small)
 
     def corners_turned_back(self, turns: Turns) -> Trajectories:
         """Corners of the samples, once whole pictures are turned and scaled back."""

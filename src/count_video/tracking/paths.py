@@ -67,16 +67,23 @@ def unsteadiness(paths_px: Sequence[Floats], frames: Indices) -> float:
     """How unlikely paths are of bodies that move steadily between samples, but where struck.
 
     It is the negative logarithm of the likelihood if their places depart from those half-way
-    between their neighbours by Cauchy errors, but for a constant. Paths have shape (samples, 2),
-    NaN where not known; ``frames`` are those of the samples, shape (samples,).
+    between two others by Cauchy errors, but for a constant. The two are next to each, or twice as
+    far, and so on: slow motion shows between distant ones, of which so many fewer are independent.
+    Paths have shape (samples, 2), NaN where not known; ``frames`` are those of the samples, shape
+    (samples,).
     """
     total = 0.0
     for path in paths_px:
         known = np.flatnonzero(np.isfinite(path[:, 0]))
-        time, place = frames[known].astype(np.float64), path[known]
-        later = ((time[1:-1] - time[:-2]) / (time[2:] - time[:-2]))[:, None]
-        away = place[1:-1] - place[:-2] * (1 - later) - place[2:] * later
-        total += float(np.log1p((away / STEADY_PX) ** 2).sum())
+        time, place, apart = frames[known].astype(np.float64), path[known], 1
+        while 2 * apart < len(known):
+            before, here, after = (
+                slice(k * apart, k * apart - 2 * apart or None) for k in range(3)
+            )
+            later = ((time[here] - time[before]) / (time[after] - time[before]))[:, None]
+            away = place[here] - place[before] * (1 - later) - place[after] * later
+            total += float(np.log1p((away / STEADY_PX) ** 2).sum()) / apart
+            apart *= 2
     return total
 
 
