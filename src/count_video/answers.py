@@ -11,7 +11,7 @@ from count_video.explanations import Explanation, doubted_for_missing
 from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import SWING_RATIO_SHARE
 from count_video.physics.theory import pi_bounds
-from count_video.reasons import Cause, Reason
+from count_video.reasons import UNEVEN_TIMES, Cause, Reason
 from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult, WallSide
 from count_video.reports.words import CLEARER, sentence, sentences, what_to_do
 from count_video.scenes import turns_on_both_sides
@@ -70,7 +70,7 @@ def answer(
     """Read the answer off an explanation."""
     explained = doubted_for_missing(explained, report)
     track, count, fit = explained.track, explained.count, explained.fit
-    even_rate = all(note.cause is not Cause.RATE_CHANGES for note in explained.notes)
+    even_rate = UNEVEN_TIMES.isdisjoint(note.cause for note in explained.notes)
     if not even_rate:  # no rate is that of all frames
         info = replace(info, capture_fps=None, capture_fps_source="unknown")
     fps = info.capture_fps

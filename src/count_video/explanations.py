@@ -25,8 +25,8 @@ from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import UNEXPLAINED_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
-from count_video.motion.time_base import TimeBase, even
-from count_video.motion.time_hypotheses import with_copies
+from count_video.motion.time_base import TimeBase
+from count_video.motion.time_hypotheses import usual_times
 from count_video.reasons import Cause, Reason
 from count_video.records import SURE, Collision, FootageReport, Track
 
@@ -249,7 +249,7 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
 
 def by_impacts(track: Track, known: Knowledge) -> Explanation:
     """Explain a track of one body alone, or of two without a wall, by the impacts that it shows."""
-    base = with_copies(track) or even(track.frame)
+    base = usual_times(track)
     found = seen_impacts(base.evened(track))
     impacts = [one for one in found.collisions if one.seen or not known.seen_only]
     count, doubts = len(impacts), found.doubts
@@ -267,6 +267,7 @@ def by_impacts(track: Track, known: Knowledge) -> Explanation:
         probability=found.probability,
         against=found.shortcomings,
         doubts=doubts,
+        notes=base.notes,
     )
 
 

@@ -65,6 +65,7 @@ class Cause(Enum):
     OTHER_SHOTS = auto()  # the clip is cut, and one shot is counted [its first and last frame]
     STANDS_STILL = auto()  # the bodies stand still at either end [frames in which they move]
     RATE_CHANGES = auto()  # the rate of the footage changes [by which factor, at which frames]
+    UNEVEN_STAMPS = auto()  # frames were taken at uneven times, which their time stamps say
     OUTLINES_LEAVE_OPEN = auto()  # collisions are inferred though the outlines do not meet
     OUTLINES_APART = auto()  # ball and cylinder touch with a gap between their outlines [in px]
     ENERGY_GAINED = auto()  # by the fitted motion [the most energy after a collision, of the first]
@@ -74,6 +75,10 @@ class Cause(Enum):
 
 LEFT_TO_THE_FIT = frozenset((Cause.STARTS_CLOSE, Cause.ENDS_WITHIN, Cause.STRAYS))
 """A fitted model of the motion makes up for these: it knows what came before, and what follows."""
+
+
+UNEVEN_TIMES = frozenset((Cause.RATE_CHANGES, Cause.UNEVEN_STAMPS))
+"""By these no one rate is that of all frames."""
 
 
 @dataclass(frozen=True)

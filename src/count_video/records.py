@@ -160,6 +160,9 @@ class Track:
     wall_seen: bool = True
     """False where neither body bounces off anything but the other; ``wall_side`` says nothing then,
     and the ball is the body at smaller positions."""
+    stamped: Floats | None = None
+    """Time stamps of the rows in usual steps between them, shape (n,); None where these are even.
+    """
     lost_beyond: tuple[float, ...] = ()
     """Frames beyond which, to the clip's first or last one, a body is not seen any more although it
     does not leave the picture there."""

@@ -13,8 +13,7 @@ from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL
 from count_video.motion.stretches import longest_shot, without_still
 from count_video.motion.struck import struck_ball, with_unseen_heavy
-from count_video.motion.time_base import even
-from count_video.motion.time_hypotheses import with_copies
+from count_video.motion.time_hypotheses import usual_times
 from count_video.reasons import Cause, Reason
 from count_video.records import Track
 from count_video.signals import sigma_of
@@ -124,7 +123,7 @@ def struck_unseen(track: Track, known: Knowledge) -> Explanation | None:
 
     None if nothing strikes it at rest, or its path is not that of such a ball.
     """
-    base = with_copies(track) or even(track.frame)
+    base = usual_times(track)
     struck = struck_ball(base.evened(track))
     if struck is None:
         return None

@@ -209,3 +209,26 @@ def test_of_two_films_the_default_one_is_taken_else_the_larger(tmp_path: Path) -
             bool(stream.disposition & av.stream.Disposition.default) for stream in container.streams
         ]
     assert chosen == (160 if defaults == [True, False] else 320)
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+def test_time_stamps_are_given_in_usual_steps_where_they_are_uneven(
+    tmp_path: Path, uneven: bool
+) -> None:
+    path = tmp_path / "clip.mp4"
+    ticks = np.delete(np.arange(24), [5, 6, 17]) if uneven else np.arange(24)
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=30)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        for k, tick in enumerate(ticks.tolist()):
+            frame = av.VideoFrame.from_ndarray(numbered(k), format="gray")
+            frame.pts, frame.time_base = tick, Fraction(1, 30)
+            container.mux(stream.encode(frame.reformat(format="yuv420p")))
+        container.mux(stream.encode(None))
+    rows = np.arange(3, len(ticks))
+    with open_footage(path) as footage:
+        list(footage.frames())
+        stamped = footage.stamped(rows)
+    assert (stamped is not None) == uneven
+    if stamped is not None:
+        assert stamped == pytest.approx(3.0 + ticks[rows] - ticks[3])

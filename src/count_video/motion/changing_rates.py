@@ -34,7 +34,7 @@ from count_video.motion.time_hypotheses import (
     FACTOR_AT_LEAST,
     FACTOR_SHARE,
     ramps_of,
-    with_copies,
+    usual_times,
 )
 from count_video.records import Collision, Floats, Track
 
@@ -76,7 +76,7 @@ def seen_by_time_bases(track: Track) -> list[Timed]:
     """
     if not shows_motion(track):
         return [Timed(even(track.frame), SeenCollisions((), 0))]
-    base = with_copies(track) or even(track.frame)
+    base = usual_times(track)
     steady = Timed(base, seen_collisions(base.evened(track)))
     found = steady.found
     # At the two ends of the least change of a rate, a collision keeps too little speed or too much.

@@ -19,6 +19,7 @@ from count_video.motion.impacts import find_impacts, find_turns, usual_flight
 from count_video.motion.priors import TURN_LOG_RATIO
 from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions, shows_motion
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
+from count_video.motion.time_hypotheses import usual_times
 from count_video.motion.weighing import weighed
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track
@@ -91,6 +92,8 @@ def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
 
     What no picture shows on either side is no smooth turn.
     """
+    base = usual_times(track)
+    track, collisions = base.evened(track), [base.timed(one) for one in collisions]
     pace = frames_per_picture(track)
     motion = motion_of(track.frame / pace, track.ball.position_px)
     side = -1 if track.wall_side == "left" else 1

@@ -51,7 +51,7 @@ def _cuts(track: Track) -> list[int]:
     if len(rows) < 2:
         return []
     heavy, ball = heavy[rows], ball[rows]
-    passed = np.diff(track.frame[rows])
+    passed = np.diff((track.frame if track.stamped is None else track.stamped)[rows])
     steps, moved = np.diff(heavy), np.diff(ball)
     velocity = steps / passed
     sigma_px = max(float(np.nanmedian(body.sigma_px)) for body in track.bodies)

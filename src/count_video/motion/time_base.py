@@ -125,6 +125,7 @@ def at_rows(track: Track, rows: NDArray[np.bool_]) -> Track:
         heavy=None if track.heavy is None else kept(track.heavy),
         shift_px=None if track.shift_px is None else track.shift_px[rows],
         beside_px=None if track.beside_px is None else track.beside_px[rows],
+        stamped=None if track.stamped is None else track.stamped[rows],
         turned=track.turned and replace(track.turned, turns=track.turned.turns[rows]),
     )
 

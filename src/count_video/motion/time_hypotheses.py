@@ -11,6 +11,9 @@ By the frames' numbers a body would stand still during each. Where a camera lost
 repeated the one before, it is the other way round: the frames are even, and the body moves two
 steps in one.
 
+*Time stamps.* A phone in poor light takes fewer pictures, and its time stamps say when; those of a
+file that was slowed down or converted may say nothing.
+
 *Changes of the rate* by a whole factor, as slow-motion exports leave pictures out in parts of a
 clip: where the energy of both bodies together jumps, as no collision lets it.
 """
@@ -18,14 +21,16 @@ clip: where the energy of both bodies together jumps, as no collision lets it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from count_video.motion.gaps import Gaps, gaps_of
-from count_video.motion.time_base import Ramp, TimeBase
-from count_video.records import Collision, Track
+from count_video.motion.time_base import Ramp, TimeBase, at_rows, even
+from count_video.reasons import Cause, Reason
+from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
 CLEAR_SIGMAS = 8.0
@@ -45,34 +50,54 @@ KEEP_TIME = 0.9
 """Share of the noticed copies that come in step."""
 STILL_SHARE = 0.25
 """A body stands still in a copy but for this share of its steps, as encoders change copies."""
-SMOOTHER = 0.5
-"""Pictures are taken for even if the paths are so much smoother for it."""
+SMOOTHER, STEP_CHANGES = 0.5, 0.25
+"""Other times than the frames' numbers stand if the paths are so much smoother by them, wherever
+one step changes against the other by this share."""
+
+
+def usual_times(track: Track) -> TimeBase:
+    """Time the pictures by copies between them or by their time stamps, or else evenly."""
+    return with_copies(track) or with_stamps(track) or even(track.frame)
+
+
+def with_stamps(track: Track) -> TimeBase | None:
+    """Take pictures at their time stamps; None where these are even, or explain no more."""
+    if track.stamped is None or not _is_smoother(track, track.stamped):
+        return None
+    notes = (Reason(Cause.UNEVEN_STAMPS),)
+    return replace(even(track.frame), time=track.stamped, keeps_rate=False, notes=notes)
 
 
 def with_copies(track: Track) -> TimeBase | None:
-    """Find copies that were put between evenly taken pictures; None where the frames are even.
-
-    Both times are tried on the bodies' steps wherever the step between frames changes.
-    """
+    """Find copies that were put between evenly taken pictures; None where the frames are even."""
     rows = ~_missed_copies(track)
     frame = track.frame[rows]
     steps = np.diff(frame)
     if len(steps) < 2 or np.ptp(steps) == 0:
         return None
-    step = float(steps.mean())
-    by_frame, by_picture = [], []
-    for place in (body.position_px for body in track.bodies):
-        moved = np.diff(place[rows])
-        lesser = np.minimum(np.abs(moved[1:]), np.abs(moved[:-1]))
-        decisive = (np.diff(steps) != 0) & (lesser > CLEAR_SIGMAS * sigma_of(place[rows]))
-        by_frame.append(np.abs(np.diff(step * moved / steps))[decisive])
-        by_picture.append(np.abs(np.diff(moved))[decisive])
-    rough, smooth = np.concatenate(by_frame), np.concatenate(by_picture)
-    # A collision is rough by both times: of the means it takes as much.
-    if len(rough) < CHANGES_AT_LEAST or smooth.mean() > SMOOTHER * rough.mean():
+    time = frame[0] + float(steps.mean()) * np.arange(len(frame))
+    if not _is_smoother(at_rows(track, rows), time):
         return None
-    until = np.append(frame[1:] - 1.0, frame[-1])
-    return TimeBase(frame, frame[0] + step * np.arange(len(frame)), until, rows)
+    return TimeBase(frame, time, np.append(frame[1:] - 1.0, frame[-1]), rows)
+
+
+def _is_smoother(track: Track, time: Floats) -> bool:
+    """Whether bodies move much more steadily by other times than by the frames' numbers.
+
+    Both are tried on the bodies' steps wherever one step changes against the other.
+    """
+    steps, others = np.diff(track.frame), np.diff(time)
+    changes = np.abs(np.diff(steps / others)) > STEP_CHANGES
+    by_frame, by_time = [], []
+    for place in (body.position_px for body in track.bodies):
+        moved = np.diff(place)
+        lesser = np.minimum(np.abs(moved[1:]), np.abs(moved[:-1]))
+        decisive = changes & (lesser > CLEAR_SIGMAS * sigma_of(place))
+        by_frame.append(np.abs(np.diff(moved / steps))[decisive])
+        by_time.append(np.abs(np.diff(moved / others))[decisive])
+    rough, smooth = np.concatenate(by_frame), np.concatenate(by_time)
+    # A collision is rough by both times: of the means it takes as much.
+    return len(rough) >= CHANGES_AT_LEAST and bool(smooth.mean() <= SMOOTHER * rough.mean())
 
 
 def _missed_copies(track: Track) -> NDArray[np.bool_]:

@@ -220,6 +220,8 @@ SAID: Final[Mapping[str, Mapping[Cause, str]]] = {
         "are counted",
         Cause.RATE_CHANGES: "the rate of the footage changes at {changes}, by a factor of {0:.0f}: "
         "no rate gives times, and velocities are those of the frames next to each collision",
+        Cause.UNEVEN_STAMPS: "the frames were taken at uneven times, those of their time stamps: "
+        "velocities are those of the frames next to each collision",
         Cause.OUTLINES_APART: "the outlines of ball and cylinder {apart} px where they touch: the "
         "ball's width is not sure enough for a scale in millimetres",
         Cause.ENERGY_GAINED: "by the fitted motion the bodies gain energy (up to {:.0%} of the "

@@ -36,10 +36,6 @@ PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 UPRIGHT_DEG = 45.0
 TREMBLE_OF = 32
 """That the camera stands still shows in so many samples."""
-OTHERS_ODDS = 3.0
-"""Logarithm of the odds that what two halves of the scenery agree on is the camera's motion: of
-some fifty rendered clips with a known camera, bodies of those that it shook lose 2.3 by it at most;
-those of 13 where it stood, and more than 0.5 px was measured, win 3.3 to 430, but for four."""
 SETTLED_PX = 2.0
 """Outlines whose sizes change by more than this are learnt once more."""
 ROUNDS = 4
@@ -124,7 +120,7 @@ def _disturbs(motion: Motion, few: Clip, samples: Indices, roughs: Sequence[Roug
     shift = motion.everywhere_px[samples]
     before = unsteadiness(paths, few.frames)
     after = unsteadiness([path - shift for path in paths], few.frames)
-    return after - before > OTHERS_ODDS
+    return after > before
 
 
 def _followed(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> list[Followed]:

@@ -215,6 +215,7 @@ def _track(
         shift_px=camera_shift(movers, view),
         turned=camera_turned(movers, view),
         wall_seen=bool(given or found),
+        stamped=view.footage.stamped(frames),
         lost_beyond=tuple(frame for one in places for frame in lost_beyond(one, frames, view)),
     )
 

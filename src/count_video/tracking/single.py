@@ -94,6 +94,7 @@ def _track(body: Places, seen: Observation) -> Track:
         warnings=tuple(unseen_warning("body", position)),
         shift_px=camera_shift(seen.movers, seen.view),
         turned=camera_turned(seen.movers, seen.view),
+        stamped=seen.view.footage.stamped(seen.frames),
         beside_px=np.outer(aside, np.array([-across, along])[axes]),
     )
 

@@ -57,11 +57,16 @@ class Tally:
     """Why reading failed before the end of the file; None if it did not."""
     exhausted: bool = False
     """True once the file was decoded to its end."""
-    time_s: float = math.nan
-    """Footage time of the last picture so far; NaN without time stamps."""
+    times_s: list[float] = field(default_factory=list)
+    """Footage time of each picture so far; NaN without a time stamp."""
     lasts_s: float = 0.0
     """How long that picture is said to last; 0 if nothing is said."""
     _steps_s: deque[float] = field(default_factory=lambda: deque(maxlen=15))
+
+    @property
+    def time_s(self) -> float:
+        """Footage time of the last picture so far; NaN without a time stamp."""
+        return self.times_s[-1] if self.times_s else math.nan
 
     @property
     def usual_step_s(self) -> float:
@@ -79,7 +84,8 @@ class Tally:
             self.jumps.append(Jump(step_s, share, self.pictures - 1))
         if step_s > 0:
             self._steps_s.append(step_s)
-        self.time_s, self.lasts_s = now_s, self._seconds(picture.duration or 0)
+        self.times_s.append(now_s)
+        self.lasts_s = self._seconds(picture.duration or 0)
         self.pictures += 1
 
     def _seconds(self, ticks: int) -> float:

@@ -12,13 +12,15 @@ import numpy as np
 
 from count_video.errors import FootageError, UsageError
 from count_video.inputs import CAPTURE_RATE
-from count_video.records import FootageInfo, FootageReport, Frame
+from count_video.records import Floats, FootageInfo, FootageReport, Frame, Indices
 from count_video.video.completeness import Promise, promise_of, shortcomings
 from count_video.video.decoding import Reading, Tally, reading_of
 from count_video.video.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.video.pictures import chroma_of, luma_of
 from count_video.video.repeats import LONGEST_RUN, Picture, mark_repeats
 
+UNEVEN_SHARE = 0.5
+"""Time stamps are uneven if a step between them differs by this share of the usual one."""
 CAPTURE_RATE_TAG = "com.android.capture.fps"
 """States the capture rate. Android's recorders write it; the container's own rate is then the rate
 of playing. Apple's high-speed films have no such tag: straight from the camera they play at the
@@ -83,6 +85,20 @@ class Footage:
             # By what misses most of them.
             frames_missing=round(max([0, *(one.lost for one in found if math.isfinite(one.lost))])),
         )
+
+    def stamped(self, frames: Indices) -> Floats | None:
+        """Give time stamps of frames that were decoded, in usual steps; None if these are even.
+
+        The first of n frames, shape (n,), is at its own number.
+        """
+        times = np.array(self._tally.times_s)[frames]
+        steps = np.diff(times) / np.diff(frames)
+        if len(steps) == 0 or not (steps > 0).all():
+            return None
+        usual = float(np.median(steps))
+        if np.abs(steps - usual).max() < UNEVEN_SHARE * usual:
+            return None
+        return np.asarray(frames[0] + (times - times[0]) / usual, np.float64)
 
     def _frames(self, start: int, end: int | None, colour: bool) -> Generator[Frame, None, None]:
         turns = self.info.rotation_deg // 90
