@@ -36,6 +36,8 @@ PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 UPRIGHT_DEG = 45.0
 TREMBLE_OF = 32
 """That the camera stands still shows in so many samples."""
+WIDTHS = 1, 5, 15, 45
+"""The camera's path is tried as it was measured, and as its mean over so many pictures."""
 SETTLED_PX = 2.0
 """Outlines whose sizes change by more than this are learnt once more."""
 ROUNDS = 4
@@ -83,14 +85,43 @@ def _movers_in(scene: _Scene, frames: Indices) -> Movers:
     clip = Clip(lumas, frames, rows, scene.background(few), np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)
     if motion is not None:
-        shift = motion.everywhere_px
-        scene.shift_px = shift[rows][:, scene.axes] / scene.scale
-        clip = replace(clip, background=scene.background(few), shift_px=shift)
+        path = motion.everywhere_px
+        if scene.agrees_better_moved(path[rows]):
+            scene.shift_px = path[rows][:, scene.axes] / scene.scale
+            clip = replace(clip, background=scene.background(few), shift_px=path)
+        elif _disturbs(path[rows], clip.frames[rows], roughs):
+            motion = None
     followed = _followed(clip, scene, roughs)
     if motion is None:
         return Movers(followed, tilt, upright, None)
+    shift = _steadiest(followed, motion, clip)
+    followed = [seen.moved(clip.shift_px - shift) for seen in followed]
+    if not shift.any():
+        return Movers(followed, tilt, upright, None)
     followed = [_less_sure(seen, motion) for seen in followed]
-    return Movers(followed, tilt, upright, clip.shift_px[:, scene.axes])
+    return Movers(followed, tilt, upright, shift[:, scene.axes])
+
+
+def _disturbs(path_px: Floats, frames: Indices, roughs: Sequence[Rough]) -> bool:
+    """Whether bodies move less steadily without what was measured of the camera: it is another's.
+
+    Encoders drag the texture of plain walls along with bodies, and a body that rests for most of
+    the clip is in the background.
+    """
+    paths = [one.path_px for one in roughs if one.sure] or [one.path_px for one in roughs]
+    freed = [path - path_px for path in paths]
+    return unsteadiness(freed, frames) > unsteadiness(paths, frames)
+
+
+def _steadiest(followed: Sequence[Followed], motion: Motion, clip: Clip) -> Floats:
+    """Find the path of the camera, shape (n, 2), without which bodies move most steadily.
+
+    Encoders let the background stand while the camera drifts on, and move it in steps, which a mean
+    over some pictures levels.
+    """
+    paths = [seen.xy_px + clip.shift_px for seen in followed]
+    tried = [0.0 * clip.shift_px, *(motion.smoothed_px(width) for width in WIDTHS)]
+    return min(tried, key=lambda shift: unsteadiness([one - shift for one in paths], clip.frames))
 
 
 def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion | None:
@@ -104,23 +135,7 @@ def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion
         if camera_motion(parts, chosen(few.pictures, some), roughly[some]) is None:
             return None
     between = [np.interp(clip.frames, few.frames, along) for along in roughly.T]
-    motion = camera_motion(parts, clip.pictures, np.stack(between, axis=1))
-    if motion is None or scene.agrees_better_moved(motion.everywhere_px[clip.samples]):
-        return motion
-    return None if _disturbs(motion, few, clip.samples, roughs) else motion
-
-
-def _disturbs(motion: Motion, few: Clip, samples: Indices, roughs: Sequence[Rough]) -> bool:
-    """Whether bodies move less steadily without what was measured of the camera: it is another's.
-
-    Encoders drag the texture of plain walls along with bodies, and a body that rests for most of
-    the clip is in the background.
-    """
-    paths = [one.path_px for one in roughs if one.sure] or [one.path_px for one in roughs]
-    shift = motion.everywhere_px[samples]
-    before = unsteadiness(paths, few.frames)
-    after = unsteadiness([path - shift for path in paths], few.frames)
-    return after > before
+    return camera_motion(parts, clip.pictures, np.stack(between, axis=1))
 
 
 def _followed(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> list[Followed]:

@@ -74,6 +74,11 @@ class Motion:
         """Shift with what could not be measured interpolated, shape (n, 2)."""
         return np.stack([interpolated(shift) for shift in self.shift_px.T], axis=1)
 
+    def smoothed_px(self, width: int) -> Floats:
+        """Take the mean of the shift over so many pictures, shape (n, 2)."""
+        mean = cv2.blur(self.everywhere_px, (1, width), borderType=cv2.BORDER_REFLECT)
+        return np.asarray(mean, np.float64)
+
 
 def scenery(pictures: Lumas, background: Background, swept: Sequence[Box]) -> Scenery | None:
     """Blocks of the background that show where a picture lies; None if nothing does.

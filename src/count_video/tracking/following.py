@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -91,6 +91,11 @@ class Followed:
     def edges_px(self) -> tuple[Floats, Floats]:
         """Image x of the left and of the right end of the outline."""
         return self.x_px + self.body.box[0], self.x_px + self.body.box[2]
+
+    def moved(self, away_px: Floats) -> Followed:
+        """Move its places by image x and y, shape (n, 2)."""
+        x, y = away_px.T
+        return replace(self, x_px=self.x_px + x, y_px=self.y_px + y)
 
     def only(self, rows: Mask) -> Followed:
         """Leave out all sightings but those in some pictures."""
