@@ -26,6 +26,7 @@ class Cause(Enum):
     UNRESOLVED = auto()  # they follow each other too fast [shortest interval, what shows each]
     FRAMES_MISSING = auto()  # frames that the file promises are missing [how many]
     NO_IMPACT = auto()
+    SWAYS = auto()  # what turns moves by little of its size
     TOO_FAINT = auto()
     BEFORE_UNSEEN = auto()
     FIRST_UNSEEN = auto()  # no picture shows the first impact [its frame]

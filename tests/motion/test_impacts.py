@@ -405,3 +405,11 @@ def test_the_logarithm_of_the_normal_distribution_is_that_of_scipy_far_out_too()
     x = np.array([-1e3, -50.0, -36.1, -35.9, -5.0, 0.0, 3.0, 40.0])
 
     assert _log_normal(x) == pytest.approx(log_ndtr(x), abs=1e-3)
+
+
+@pytest.mark.parametrize(("share", "bounces"), [(0.1, False), (0.5, True)])
+def test_what_moves_by_little_of_its_size_does_not_bounce(share: float, bounces: bool) -> None:
+    place, impacts = between_stops(0.05 * share * SIZE_PX, share * SIZE_PX, 200)
+    found = seen_impacts(alone(noisy(place, 0.002 * SIZE_PX * share)))
+    assert found.burst == len(impacts)
+    assert [reason.cause for reason in found.shortcomings] == ([] if bounces else [Cause.SWAYS])

@@ -25,6 +25,10 @@ from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track
 from count_video.signals import noise_px
 
+SWAYS_SHARE = 0.15
+"""What moves by less than this share of its size does not bounce: heads and shoulders of people who
+walk rise by some hundredths of a person. Bodies that bounce or swing move by half of it and more.
+"""
 LENGTH_FACTOR, MASS_FACTOR = 1.35, 1.6
 """Two bodies are of a kind if neither is longer, or heavier, than the other by such a factor."""
 CLEAR_LOG_ODDS = 5.0
@@ -66,6 +70,8 @@ def seen_impacts(track: Track) -> SeenCollisions:
     dying = any(doubt.cause is Cause.DIES_OUT for doubt in seen.doubts)
     stray = () if dying else _stray(places, fitted.errors)
     seen = replace(seen, errors=fitted.errors, shortcomings=seen.shortcomings or stray)
+    if heavy is None and motion.way_px < SWAYS_SHARE * (ball.high_edge_px - ball.low_edge_px):
+        seen = replace(seen, shortcomings=(Reason(Cause.SWAYS), *seen.shortcomings))
     if heavy is None or not frames:
         return seen
     against = _against_two(slow, heavy, frames, collisions)

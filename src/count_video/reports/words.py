@@ -170,6 +170,8 @@ SAID: Final[Mapping[str, Mapping[Cause, str]]] = {
         "stays between them",
         Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
         "some were missed, or something else was taken for a body",
+        Cause.SWAYS: "what turns round moves by little of its size, as a person does who walks: it "
+        "strikes nothing",
         Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant "
         "is not known",
         Cause.OTHERS_MOVE: "one body has impacts ({:.0f}) where more move by themselves ({:.0f}): "
