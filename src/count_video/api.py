@@ -16,6 +16,7 @@ from count_video.batch.executor import answer_of, count_job
 from count_video.batch.manifest import jobs_of
 from count_video.errors import UsageError
 from count_video.inputs import signature
+from count_video.outputs import without_own
 from count_video.parallel import as_done
 from count_video.physics.theory import Mass, Theory, theory_of
 from count_video.planning.plan import Plan, make_plan
@@ -117,6 +118,7 @@ def count_all(
     ----------
     paths
         Video files, folders (every video file in them) and manifests (``.csv``), or one of them.
+        Annotated clips that this program wrote are left out.
     jobs
         How many clips to count at the same time; None: one for every core.
     settings
@@ -126,12 +128,13 @@ def count_all(
     ------
     UsageError
         At the first step, if a setting, the number of jobs or a manifest makes no sense, or one
-        clip is listed twice with the same settings.
+        clip is listed twice with the same settings, or annotated clips alone are given.
     """
     if jobs is not None:
         inputs.checked("jobs", jobs, inputs.CLIPS_AT_A_TIME)
     given = [paths] if isinstance(paths, str | PathLike) else paths
-    wanted = jobs_of(map(Path, given), trial_settings(**settings))
+    clips = without_own([Path(one) for one in given])
+    wanted = jobs_of(clips, trial_settings(**settings))
     with closing(as_done(count_job, wanted, jobs)) as done:
         yield from (answer_of(job, future).result for job, future in done)
 

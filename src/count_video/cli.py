@@ -17,8 +17,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from count_video.errors import CountVideoError, MachineError, UsageError, reason_of
+from count_video.errors import (
+    CountVideoError,
+    MachineError,
+    OutputError,
+    UsageError,
+    reason_of,
+)
 from count_video.options import complete_options, is_campaign, plan_values, read_options
+from count_video.outputs import remedy
 from count_video.process import (
     DRAWING_BYTES,
     LIBRARIES_BYTES,
@@ -77,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             said = f"a part of this program cannot be loaded ({error}); install count-video again, "
             said += "in an environment of its own"
         _complain(said)
-        return EXIT_USAGE
+        return EXIT_NOT_COUNTED if isinstance(error, OutputError) else EXIT_USAGE
     except KeyboardInterrupt:
         _complain("interrupted")
         return EXIT_INTERRUPTED
@@ -117,6 +124,8 @@ def _answer_campaign(options: argparse.Namespace) -> int:
     folder, kind, dialect = options.output, options.picture_format, options.csv_dialect
     pages = options.evidence if options.pages else None
     jobs = jobs_of(options.clips, options.settings, pages)
+    if all(job.problem for job in jobs):  # no clip at all
+        raise UsageError(f"{jobs[0].clip}: {jobs[0].problem}")
     progress, columns = _progress("clips"), name_columns(job.name for job in jobs)
     rows: list[TrialRow] = []
     with ExitStack() as stack:
@@ -144,22 +153,26 @@ def _answer_campaign(options: argparse.Namespace) -> int:
         if not options.json:
             print(f"\n{campaign_text(rows, summary, _columns())}", flush=True)
         if store is not None:
-            files = [folder / name for name in own]
+            missing = list(own)
             try:
-                store.write_campaign(rows, summary, kind, dialect)
+                for name in store.write_campaign(rows, summary, kind, dialect):
+                    missing.remove(name)
             except OSError as error:
-                _complain(_not_written(files, error))
+                _complain(f"{folder}: {_not_written(missing, rows, error)}")
                 return EXIT_NOT_COUNTED
             if not options.json:
-                _say_what_is_kept(files, ", and NAME.json for each trial")
+                _say_what_is_kept([folder / name for name in own], ", and NAME.json for each trial")
     return EXIT_NOT_COUNTED if any(row.missing for row in rows) else EXIT_COUNTED
 
 
-def _not_written(files: Sequence[Path], error: OSError) -> str:
-    """Say that a campaign's own files could not be written, and what to do."""
-    names = ", ".join(file.name for file in files)
-    why = f"{files[0].parent}: {names} could not be written ({error.strerror})"
-    return f"{why}; free space and start again: the results of the trials are kept"
+def _not_written(names: Sequence[str], rows: Sequence[TrialRow], error: OSError) -> str:
+    """Say that some of a campaign's own files could not be written, and what to do."""
+    text = f"{', '.join(names)} could not be written ({error.strerror}); "
+    text += remedy(error, "give another folder with -o")
+    kept = sum(row.not_kept is None for row in rows)
+    which = f"{kept} of the {len(rows)} results {'is' if kept == 1 else 'are'}"
+    which = "the results of the trials are" if kept == len(rows) else which
+    return f"{text}: {which} kept" if kept else text
 
 
 def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Sequence[str]) -> None:
@@ -232,8 +245,8 @@ def _count(
 
 def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> bool:
     """Show a result, as text below what came before it; true if such text was printed."""
-    # A clip without count and without findings has its reason to say alone, on stderr.
-    shown = result.count is not None or bool(result.collisions or result.answer.warnings)
+    # Of what could not be read as footage there is nothing to say but why, on stderr.
+    shown = result.error is None
     if as_json:
         from count_video.reports.exports import json_line
 

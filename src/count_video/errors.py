@@ -2,6 +2,7 @@
 
 CountVideoError
 ├── UsageError       the request itself is off: an option's value, an impossible combination
+│   └── OutputError  what was asked for cannot be written
 ├── FootageError     the file cannot be read as footage
 ├── TrackingError    the footage does not show what can be counted
 └── MachineError     this machine cannot do the work now, for want of memory
@@ -20,6 +21,10 @@ class CountVideoError(Exception):
 
 class UsageError(CountVideoError, ArgumentTypeError):
     """The request itself is off; argparse puts the option before it, if it is that of a value."""
+
+
+class OutputError(UsageError):
+    """What was asked for cannot be written."""
 
 
 class FootageError(CountVideoError):

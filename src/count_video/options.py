@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 from count_video import __version__, inputs
 from count_video.errors import UsageError
 from count_video.inputs import shown
+from count_video.outputs import without_own
 from count_video.settings import READERS, EvidenceSettings, TrialSettings
 
 DESCRIPTION = """\
@@ -196,6 +197,7 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     # Clips may stand on both sides of an option, but the parser that allows it knows no "--".
     parse = parser.parse_args if "--" in arguments else parser.parse_intermixed_args
     options = parse(arguments)
+    options.clips = without_own(options.clips)
     for why in _refusals(options, parser):
         raise UsageError(why)
     options.masses = options.masses and inputs.masses(*options.masses)

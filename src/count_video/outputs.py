@@ -12,6 +12,7 @@ killed, and goes when a folder is opened again.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -19,11 +20,11 @@ import re
 import stat
 import sys
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from count_video.errors import UsageError
+from count_video.errors import OutputError, UsageError
 from count_video.inputs import content_digest, json_value
 
 if sys.platform == "win32":
@@ -113,7 +114,10 @@ class OutputFolder:
         write_whole(self.folder / name, data)
 
     def write_all(self, files: Iterable[tuple[str, bytes]], clip: str = "") -> None:
-        """Write files by their names; UsageError if one cannot be written, or is not ours."""
+        """Write files by their names.
+
+        OutputError if one cannot be written, UsageError if it is not ours.
+        """
         for name, data in files:
             with explained(self.folder / name):
                 self.write(name, data, clip)
@@ -137,6 +141,21 @@ def open_outputs(folder: Path, names: Iterable[str] = ()) -> OutputFolder:
     for name in names:
         outputs.check(name)
     return outputs
+
+
+def without_own(clips: Sequence[Path]) -> list[Path]:
+    """Leave out clips that this program drew, by the record of their folder.
+
+    UsageError if clips are given and all are such ones.
+    """
+    written = {folder: OutputFolder(folder).written() for folder in {one.parent for one in clips}}
+    # A table of ours may be meant as a manifest, which is refused with its own reason.
+    others = [
+        one for one in clips if one.suffix.lower() == ".csv" or one.name not in written[one.parent]
+    ]
+    if clips and not others:
+        raise UsageError(f"{clips[0]}: this program drew this; give the clip that was filmed")
+    return others
 
 
 def output_name(wanted: str) -> str:
@@ -231,12 +250,19 @@ def held(file: Path, *, wait: bool = False) -> Iterator[None]:
 
 @contextmanager
 def explained(target: Path) -> Iterator[None]:
-    """Turn an OSError, met while a file is written, into a UsageError of one line."""
+    """Turn an OSError, met while a file is written, into an OutputError of one line."""
     try:
         yield
     except OSError as error:
         reason = error.strerror or "it failed"
-        raise UsageError(f"cannot write {target}: {reason}; give another folder") from error
+        helps = remedy(error, "give another folder")
+        raise OutputError(f"cannot write {target}: {reason}; {helps}") from error
+
+
+def remedy(error: Exception, otherwise: str) -> str:
+    """Say what to do where a file cannot be written: ``otherwise``, unless the disk is full."""
+    full = getattr(error, "errno", None) == errno.ENOSPC
+    return "free space on that disk and start again" if full else otherwise
 
 
 def _open_own(file: Path, flags: int) -> int:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
 from stub_campaign import StubCampaign, files_in
 
+from count_video import outputs
 from tiers import rest_slow
 
 
@@ -38,6 +41,37 @@ def test_the_kept_result_is_the_object_that_json_prints(campaign: StubCampaign) 
     printed = campaign.here("--json").stdout.splitlines()
     kept = [(campaign.results / name).read_text("utf-8") for name in ("a.json", "b.json")]
     assert kept == [f"{line}\n" for line in printed]
+
+
+@pytest.mark.parametrize(
+    ("full", "said", "lost", "kept"),
+    [
+        ("campaign.html", "campaign.html", "none", ": the results of the trials are kept"),
+        ("*.png", "campaign.html, campaign.png", "a.json", ": 1 of the 2 results is kept"),
+        ("*.csv", "campaign.html, trials.csv, campaign.json, campaign.png", "*.json", ""),
+    ],
+)
+def test_what_a_full_disk_kept_of_a_campaign_is_said_and_what_not(
+    campaign: StubCampaign,
+    monkeypatch: pytest.MonkeyPatch,
+    full: str,
+    said: str,
+    lost: str,
+    kept: str,
+) -> None:
+    def appearing(target: Path) -> AbstractContextManager[Path]:
+        if target.match(full) or (target.match(lost) and target.stem in "ab"):
+            raise OSError(errno.ENOSPC, "full")
+        return whole(target)
+
+    whole = outputs.appearing
+    monkeypatch.setattr(outputs, "appearing", appearing)
+    campaign.add(a="count 31", b="count 30")
+    done = campaign.here()
+    assert done.returncode == 1
+    last = done.stderr.splitlines()[-1]
+    why = f"count-video: {campaign.results}: {said} could not be written (full)"
+    assert last == f"{why}; free space on that disk and start again{kept}"
 
 
 def test_a_second_run_counts_only_what_changed(campaign: StubCampaign) -> None:

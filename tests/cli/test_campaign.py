@@ -11,6 +11,7 @@ from stand_in import StandIn
 
 from count_video import api, cli
 from count_video.errors import FootageError, UsageError
+from count_video.outputs import open_outputs
 from count_video.progress import Progress
 from count_video.records import TrialResult
 
@@ -60,6 +61,33 @@ def test_a_bad_clip_has_its_reason_and_stops_no_other(
     assert (bad["clip"], bad["status"], bad["count"]) == ("bad.mp4", "not_counted", None)
     assert str(bad["reason"]).startswith(reason)
     assert good["status"] == "counted"
+
+
+@pytest.mark.parametrize("form", [[], ["--json"]], ids=["text", "json"])
+def test_folders_without_a_clip_alone_are_a_wrong_request(
+    stand_in: StandIn, capsys: pytest.CaptureFixture[str], tmp_path: Path, form: list[str]
+) -> None:
+    empty, results = tmp_path / "empty", tmp_path / "results"
+    empty.mkdir()
+    (empty / "notes.txt").touch()
+    assert cli.main([*form, str(empty), "-o", str(results)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith(f"count-video: {empty}: no video file in this folder (none that ends in ")
+    assert err.count("\n") == 1
+    assert not results.exists()
+
+
+def test_clips_that_this_program_drew_are_left_out_where_files_are_named(
+    stand_in: StandIn, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    outputs = open_outputs(tmp_path)
+    outputs.write("a.annotated.mp4", b"drawn")
+    own, other = (str(tmp_path / name) for name in ("a.annotated.mp4", "a.mp4"))
+    assert [one["clip"] for one in answers(capsys, own, other)] == [other]
+    assert cli.main([own, own]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"count-video: {own}: this program drew this; give the clip that was filmed"
 
 
 def test_a_fault_of_the_program_is_not_hidden_as_a_bad_clip(stand_in: StandIn) -> None:

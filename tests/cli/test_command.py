@@ -82,27 +82,42 @@ def test_a_counted_clip_is_answered_on_stdout_alone(
 @pytest.mark.parametrize(
     ("clip", "line"),
     [
-        ("still.mp4", "count-video: still.mp4: nothing moves"),
         ("clips/missing.mp4", "count-video: clips/missing.mp4: no such file; check the name"),
         ("narrow.mp4", "count-video: narrow.mp4: the region lies outside the picture"),
         ("odd\n\x1b[31m.mp4", "count-video: odd\\n\\x1b[31m.mp4: no such file; check the name"),
     ],
 )
-def test_a_clip_with_nothing_to_show_is_one_line_on_stderr(
+def test_a_clip_that_cannot_be_read_is_one_line_on_stderr(
     command: StandIn, capsys: pytest.CaptureFixture[str], clip: str, line: str
 ) -> None:
     main([clip])
     assert capsys.readouterr() == ("", f"{line}\n")
 
 
-def test_what_a_clip_that_is_not_counted_does_show_is_on_stdout(
-    command: StandIn, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("clip", "reason"), [("partly.mp4", "it ends early"), ("still.mp4", "nothing moves")]
+)
+def test_what_is_said_of_a_clip_that_is_not_counted_is_on_stdout_its_reason_on_both(
+    command: StandIn, capsys: pytest.CaptureFixture[str], clip: str, reason: str
 ) -> None:
-    main(["partly.mp4"])
+    main([clip])
     out, err = capsys.readouterr()
-    assert out.startswith("partly.mp4: not counted\n")
-    assert "it ends early" in out
-    assert err == "count-video: partly.mp4: it ends early\n"
+    assert out.startswith(f"{clip}: not counted\n\n  Why          {reason}\n")
+    assert err == f"count-video: {clip}: {reason}\n"
+
+
+def test_a_review_of_a_clip_that_is_not_counted_is_shown(
+    command: StandIn, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    added = {"action": "missed", "kind": "wall", "frame": 7, "number": None}
+    review = {"corrections_version": 1, "clip": "still.mp4", "corrections": [added]}
+    saved = tmp_path / "saved.json"
+    saved.write_text(json.dumps(review | {"notes": {"": "too dark"}}), "utf-8")
+    assert main(["still.mp4", "--corrections", str(saved)]) == 1
+    out = capsys.readouterr().out
+    assert out.startswith("still.mp4: not counted, 1 after review\n")
+    assert "one with the wall was missed (frame 7.0)" in out
+    assert "too dark" in out
 
 
 def test_answers_stand_apart_by_an_empty_line(
@@ -110,7 +125,7 @@ def test_answers_stand_apart_by_an_empty_line(
 ) -> None:
     main(["a.mp4"])
     alone = capsys.readouterr().out
-    main(["still.mp4", "a.mp4", "missing.mp4", "a.mp4"])
+    main(["missing.mp4", "a.mp4", "missing.mp4", "a.mp4"])
     assert capsys.readouterr().out == f"{alone}\n{alone}"
 
 
@@ -267,6 +282,19 @@ def test_a_count_stands_though_nothing_that_shows_it_can_be_written(
     (line,) = err.splitlines()
     assert "a.json" in line
     assert "No space left" in line
+
+
+def test_a_picture_that_cannot_be_written_has_the_exit_code_of_a_result_that_cannot(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def full(target: Path, data: bytes) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("count_video.outputs.write_whole", full)
+    assert main(["--theory", "100", "1", "-o", str(tmp_path)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"count-video: cannot write {tmp_path / 'theory.png'}: No space left")
+    assert line.endswith("free space on that disk and start again")
 
 
 @pytest.mark.parametrize(

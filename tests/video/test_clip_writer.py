@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -35,6 +36,15 @@ def test_the_same_pictures_give_the_same_bytes(tmp_path: Path, name: str, codec:
 def test_every_picture_of_a_generator_is_written(tmp_path: Path) -> None:
     write_clip(tmp_path / "clip.mp4", map(numbered, range(FRAMES)))
     assert numbers_read(tmp_path / "clip.mp4")[0] == list(range(FRAMES))
+
+
+def test_a_full_disk_is_called_so(tmp_path: Path) -> None:
+    def until_it_is_full() -> Iterator[Luma]:
+        yield numbered(0)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(UsageError, match="No space left on device; free space on that disk"):
+        write_clip(tmp_path / "clip.mp4", until_it_is_full())
 
 
 def test_colour_pictures_keep_their_brightness(tmp_path: Path) -> None:

@@ -102,7 +102,10 @@ def clips_in(folder: Path) -> list[Path]:
         and not entry.is_dir()  # a link that leads nowhere has a row that says so
     ]
     if not clips:
-        raise FootageError(f"no video file in this folder (none of {' '.join(VIDEO_SUFFIXES)})")
+        raise FootageError(
+            f"no video file in this folder (none that ends in {' '.join(VIDEO_SUFFIXES)}); give "
+            "the folder that has the clips"
+        )
 
     def natural_order(path: Path) -> tuple[list[str | int], str]:
         # Splitting at a captured group alternates text and digits, so that like meets like.
@@ -128,7 +131,10 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
         clips = clips_in(path)
     except (FootageError, OSError) as error:
         if not listed:
-            yield Job("", str(path), settings, getattr(error, "strerror", None) or str(error))
+            problem = str(error)
+            if isinstance(error, OSError):
+                problem = f"this folder cannot be read ({error.strerror}); change its rights"
+            yield Job("", str(path), settings, problem)
     else:
         others = (clip for clip in clips if os.path.realpath(clip) not in known)
         yield from (Job("", str(clip), settings) for clip in others)

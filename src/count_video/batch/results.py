@@ -116,14 +116,17 @@ class ResultStore:
         summary: CampaignSummary,
         picture_format: PictureFormat,
         csv_dialect: CsvDialect,
-    ) -> None:
-        """Write what the trials say together, each file whole or not at all."""
+    ) -> Iterator[str]:
+        """Write what the trials say together, each file whole or not at all; yield their names."""
         self.outputs.write("trials.csv", trials_csv(rows, csv_dialect).encode())
+        yield "trials.csv"
         self.outputs.write("campaign.json", campaign_json(rows, summary).encode())
+        yield "campaign.json"
         from count_video.reports.figure import campaign_files  # noqa: PLC0415 - matplotlib
 
         for name, content in campaign_files(rows, summary, picture_format).items():
             self.outputs.write(name, content)
+            yield name
 
     def _write(self, job: Job, kept: Mapping[str, Any], found: Followed) -> None:
         self.outputs.claim(self._place(job).name, str(kept["clip"]))

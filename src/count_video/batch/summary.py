@@ -13,6 +13,7 @@ from count_video.batch.executor import Answer, Done, answer_of
 from count_video.batch.manifest import Job
 from count_video.batch.results import ResultStore
 from count_video.errors import UsageError
+from count_video.outputs import remedy
 from count_video.physics.theory import collision_count
 from count_video.planning.comparison import ratio_range
 from count_video.planning.variations import count_figures
@@ -65,7 +66,8 @@ def _kept_row(job: Job, answer: Answer, store: ResultStore | None) -> TrialRow:
     try:
         store.keep(job, answer)
     except OSError as error:
-        reason = f"the result could not be written ({error.strerror}); free space and start again"
+        helps = remedy(error, "give another folder with -o")
+        reason = f"the result could not be written ({error.strerror}); {helps}"
         return replace(row, not_kept=reason)
     except UsageError as error:
         return replace(row, not_kept=f"the result could not be written ({error})")

@@ -21,7 +21,7 @@ from av.container import OutputContainer
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.outputs import appearing
+from count_video.outputs import appearing, remedy
 from count_video.video.opening import plain_words
 from count_video.video.pictures import luma_shift
 
@@ -92,7 +92,7 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
         # The text of the system's errors repeats a name that nobody gave.
         raise UsageError(
             f"cannot write {path} ({options.codec}, {options.pixel_format}): {plain_words(error)}; "
-            "check the folder, the suffix and that codec and container go together"
+            + remedy(error, "check the folder, the suffix and that codec and container go together")
         ) from error
 
 
