@@ -27,6 +27,7 @@ from count_video.planning.variations import (
     spread_of,
     table_of,
 )
+from count_video.reports.plan_text import plan_notes
 
 PAPER = PlanRequest(1050, 10.5, capture_fps=240.0)
 STEEL = Tolerances(restitution=0.0, scatter=0.0)
@@ -143,6 +144,29 @@ def test_losses_that_squeeze_the_ball_to_rest_are_named_as_such() -> None:
     assert spread.endless_share > 0.5
     hard = spread_of(PlanRequest(10_000, 1, tolerances=STEEL), 314)
     assert hard.endless_share == 0.0
+
+
+@pytest.mark.parametrize(
+    ("histogram", "share", "said"),
+    [
+        ({}, 1.0, "none of 251 simulated trials has a count; in each the ball rattles to rest"),
+        ({1400: 2}, 0.99, "2 of 251 simulated trials have a count; in the others the ball rattles"),
+        (dict.fromkeys(range(251), 1), 0.0, "no count in 0.5% or more of 251 simulated trials"),
+    ],
+)
+def test_a_plan_promises_no_table_of_trials_that_mostly_have_no_count(
+    plan: Plan, histogram: dict[int, int], share: float, said: str
+) -> None:
+    spread = replace(plan.spread, trials=251, histogram=histogram, endless_share=share)
+    notes = dict(plan_notes(replace(plan, spread=spread)))
+    assert notes["How sure"].startswith(said)
+    assert ("A table" in notes) == (share < 0.5)
+
+
+def test_a_picture_that_cannot_show_the_smallest_hop_is_not_asked_for(plan: Plan) -> None:
+    framing = replace(plan.framing, ball_at_least_px=2000.0, ball_at_most_px=1038.0)
+    words = dict(plan_notes(replace(plan, framing=framing)))["Picture"]
+    assert words.startswith("none that is 1920 px wide shows it: the ball must be at least 2000 px")
 
 
 def test_the_map_is_the_simulator_at_every_cell(plan: Plan) -> None:

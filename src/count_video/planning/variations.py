@@ -54,6 +54,11 @@ class Spread:
     table_sd: tuple[float, float]
     """The standard deviation (population) of a table likewise."""
 
+    @property
+    def mostly_endless(self) -> bool:
+        """True where most trials have no count: those of the others say nothing of a table."""
+        return self.endless_share > 0.5
+
 
 @dataclass(frozen=True)
 class CountFigures:
@@ -290,7 +295,7 @@ def proposals(request: PlanRequest, theory: int, spread: Spread) -> tuple[Propos
     Empty if the set-up gives the count nearly always, or if in most trials bodies come to rest on
     each other: then no gap or release will help.
     """
-    if spread.theory_share >= ENOUGH or spread.endless_share > 0.5:
+    if spread.theory_share >= ENOUGH or spread.mostly_endless:
         return ()
     steps = [sign * step for step in range(1, CLAY_STEPS + 1) for sign in (1, -1)]
     choices: dict[Change, list[float]] = {

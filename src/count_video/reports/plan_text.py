@@ -78,13 +78,16 @@ def _camera_notes(plan: Plan) -> Iterator[Note]:
     yield "Camera", _camera_words(plan.camera)
     yield "Film at", f"{framing.rate_needed_fps:.0f} frames a second to see each collision"
     least = math.ceil(framing.ball_at_least_px)
+    most, hop = f"{framing.ball_at_most_px:.0f} px", f"{framing.smallest_hop_px:.3g} px"
     text = f"the ball at least {least} px across"
     if least < GOOD_BALL_PX:
         text += f", better {GOOD_BALL_PX}"
-    if math.isfinite(framing.smallest_hop_px):
-        text += f"; in a picture {PICTURE_WIDTH_PX} px wide at most {framing.ball_at_most_px:.0f} "
-        text += f"px, and then the ball's smallest hop is {framing.smallest_hop_px:.3g} px"
-        text += ", too little to be seen" if least > framing.ball_at_most_px else ""
+    if least > framing.ball_at_most_px:
+        text = f"none that is {PICTURE_WIDTH_PX} px wide shows it: the ball must be at least "
+        text += f"{least} px across and can be at most {most}, with a smallest hop of {hop}"
+    elif math.isfinite(framing.smallest_hop_px):
+        text += f"; in a picture {PICTURE_WIDTH_PX} px wide at most {most}, and then the ball's "
+        text += f"smallest hop is {hop}"
     yield "Picture", text
 
 
@@ -112,30 +115,37 @@ def _camera_words(camera: CameraView | None) -> str:
 def _spread_notes(plan: Plan) -> Iterator[Note]:
     spread, off = plan.spread, plan.request.tolerances
     low, high = variations.restitution_range(plan.request)
-    text = f"{_counts(spread)} of {spread.trials} simulated trials"
-    if spread.endless_share:
-        text += f"; in {spread.endless_share:.0%} the ball rattles to rest and nothing is counted"
+    text = _counts(spread)
     text += f", with gaps +-{_mm(off.gap_m)}, releases +-{_mm(off.release_m)}, masses "
     text += f"+-{100 * off.mass:g}%, threads +-{_mm(off.thread_m)} (standard deviations) and "
     text += f"restitutions from {low:.3g} to {high:.3g} that scatter by {off.scatter:g}"
     yield "How sure", text
-    (low, high), (least, most) = spread.table_mean, spread.table_sd
-    text = f"of {spread.table_trials} such trials has a mean of {low:.2f} to {high:.2f} and a "
-    text += f"standard deviation of {least:.2f} to {most:.2f} (95 in 100 tables)"
-    yield "A table", "has no counts" if math.isnan(low) else text
+    if not spread.mostly_endless:
+        (low, high), (least, most) = spread.table_mean, spread.table_sd
+        text = f"of {spread.table_trials} such trials has a mean of {low:.2f} to {high:.2f} and a "
+        text += f"standard deviation of {least:.2f} to {most:.2f} (95 in 100 tables)"
+        yield "A table", text
     yield "Change", _change(plan)
 
 
 def _counts(spread: variations.Spread) -> str:
-    """List the counts, or where there are many their range."""
+    """List the counts, or where there are many their range, or say how few trials have one."""
+    trials = f"of {spread.trials} simulated trials"
+    if spread.mostly_endless:
+        some = sum(spread.histogram.values())
+        text = f"{some or 'none'} {trials} {'have' if some > 1 else 'has'} a count; in "
+        text += f"{'the others' if some else 'each'} the ball rattles to rest"
+        return f"{text} and nothing is counted"
     shares = {count: number / spread.trials for count, number in spread.histogram.items()}
     listed = {count: share for count, share in shares.items() if share >= RARE}
-    if not listed:
-        return "no count stands out" if shares else "no count at all"
-    if len(listed) > 5:
-        return f"counts from {min(listed)} to {max(listed)} in most"
     ordered = sorted(listed.items(), key=lambda item: -item[1])
-    return ", ".join(f"{count} in {share_words(share)}" for count, share in ordered)
+    text = ", ".join(f"{count} in {share_words(share)}" for count, share in ordered)
+    if len(listed) > 5:
+        text = f"counts from {min(listed)} to {max(listed)} in most"
+    text = f"{text or f'no count in {percent(RARE)} or more'} {trials}"
+    if spread.endless_share:
+        text += f"; in {spread.endless_share:.0%} the ball rattles to rest and nothing is counted"
+    return text
 
 
 def _change(plan: Plan) -> str:
