@@ -9,9 +9,11 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import fmean, pstdev
+from typing import NoReturn
 
 from count_video.errors import CountVideoError, UsageError
 from count_video.process import give_stdout_up
@@ -25,7 +27,16 @@ from synth_video.suite.table import markdown, scores_json, shortfalls
 from synth_video.truth import ClipTruth, check_place, truth_path
 from synth_video.variation import varied
 
+WIDTH = 80
+"""Columns that a terminal has at the least."""
 EXIT_DONE, EXIT_USAGE, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 0, 2, 130, 141
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line, by raising it."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message} (see {self.prog} --help)")
 
 
 def run() -> None:
@@ -47,12 +58,14 @@ def main(argv: Sequence[str]) -> int:
             commands[argv[0]](argv[1:])
         else:
             clip(argv)
-    except SystemExit as leaving:  # how argparse ends --help and a wrong usage
+    except SystemExit as leaving:  # how argparse ends --help
         return int(leaving.code or 0)
     except CountVideoError as error:
         sys.stderr.write(f"synth-video: {error}\n")
         return EXIT_USAGE
     except KeyboardInterrupt:
+        goes_on = "; the same command goes on with what is missing" * (argv[0] == "suite")
+        sys.stderr.write(f"synth-video: interrupted{goes_on}\n")
         return EXIT_INTERRUPTED
     return EXIT_DONE
 
@@ -65,11 +78,11 @@ def clip(argv: Sequence[str]) -> None:
     UsageError
         The request is wrong or the clip cannot be written.
     SystemExit
-        After ``--help``, or when the arguments make no sense.
+        After ``--help``.
     """
     options = _parser().parse_args(argv)
     if options.list:
-        sys.stdout.write(_scene_list())
+        sys.stdout.write(_listed({name: load_scene(name).purpose for name in scene_names()}))
         return
     if options.clip is None:
         _parser().error("name the clip to write, or ask for --list")
@@ -81,8 +94,8 @@ def clip(argv: Sequence[str]) -> None:
     sys.stdout.write(_summary(options.clip, truth))
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> _Parser:
+    parser = _Parser(
         prog="synth-video",
         description="Render a simulated trial to a clip and write its truth beside it.",
         epilog="synth-video campaign --help says how to render many trials with known figures; "
@@ -120,10 +133,15 @@ def _seed(text: str) -> int:
     return int(text)
 
 
-def _scene_list() -> str:
-    names = scene_names()
-    width = max(len(name) for name in names)
-    return "".join(f"{name:<{width}}  {load_scene(name).purpose}\n" for name in names)
+def _listed(sentences: Mapping[str, str]) -> str:
+    """List names, and beside each its sentence, in lines that a terminal has room for."""
+    beside = max(map(len, sentences)) + 2
+    indent = " " * beside
+    return "".join(
+        textwrap.fill(sentence, WIDTH, initial_indent=f"{name:<{beside}}", subsequent_indent=indent)
+        + "\n"
+        for name, sentence in sentences.items()
+    )
 
 
 def _summary(clip: Path, truth: ClipTruth) -> str:
@@ -147,7 +165,7 @@ def campaign(argv: Sequence[str]) -> None:
     UsageError
         The request is wrong or a clip cannot be written.
     SystemExit
-        After ``--help``, or when the arguments make no sense.
+        After ``--help``.
     """
     parser = _campaign_parser()
     options = parser.parse_args(argv)
@@ -167,8 +185,8 @@ def campaign(argv: Sequence[str]) -> None:
     sys.stdout.write(_campaign_line(takes))
 
 
-def _campaign_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _campaign_parser() -> _Parser:
+    parser = _Parser(
         prog="synth-video campaign",
         description="Render the trials of a campaign whose true counts have published figures.",
     )
@@ -190,6 +208,7 @@ def _campaign_parser() -> argparse.ArgumentParser:
         "--jobs",
         type=_from_one,
         default=os.cpu_count() or 1,
+        metavar="N",
         help="clips to render at the same time",
     )
     return parser
@@ -219,20 +238,18 @@ def suite(argv: Sequence[str]) -> None:
     UsageError
         The request is wrong or a clip cannot be written.
     SystemExit
-        After ``--help``, or when the arguments make no sense.
+        After ``--help``.
     """
     # The folder may stand after options, which the plain parsing of optional arguments forbids.
     options = _suite_parser().parse_intermixed_args(argv)
     wanted = [name for name in options.conditions.split(",") if name]
     conditions = suites.conditions_of(options.name, wanted)
     if options.folder is None:
-        width = max(len(condition.name) for condition in conditions)
-        for condition in conditions:
-            sys.stdout.write(f"{condition.name:<{width}}  {condition.sentence}\n")
+        sys.stdout.write(_listed({one.name: one.sentence for one in conditions}))
         return
     strengths = [options.strength] if options.strength else STRENGTHS
     takes = suites.takes_of(conditions, strengths, range(options.seeds))
-    for take, rendered in suites.film(takes, options.folder, options.workers):
+    for take, rendered in suites.film(takes, options.folder, options.jobs):
         if rendered:
             sys.stdout.write(f"{take.name}\n")
             sys.stdout.flush()
@@ -247,7 +264,7 @@ def score(argv: Sequence[str]) -> None:
     UsageError
         Truths or answers are missing, or the table cannot be written.
     SystemExit
-        After ``--help``, or when the arguments make no sense.
+        After ``--help``.
     """
     options = _score_parser().parse_args(argv)
     scores = score_folder(options.folder, options.results or options.folder / RESULTS)
@@ -257,8 +274,8 @@ def score(argv: Sequence[str]) -> None:
     sys.stdout.write(f"{table}\n{shortfalls(scores)}")
 
 
-def _suite_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _suite_parser() -> _Parser:
+    parser = _Parser(
         prog="synth-video suite",
         description="Render trials under conditions that make footage hard to count. Clips that "
         "are there already are kept.",
@@ -273,13 +290,18 @@ def _suite_parser() -> argparse.ArgumentParser:
     parser.add_argument("--strength", choices=STRENGTHS, help="only this strength (both)")
     parser.add_argument("--seeds", type=_from_one, default=10, help="clips of each cell (10)")
     parser.add_argument(
-        "--workers", type=_from_one, default=os.cpu_count() or 1, help="clips to render at a time"
+        "--jobs",
+        "--workers",
+        type=_from_one,
+        default=os.cpu_count() or 1,
+        metavar="N",
+        help="clips to render at the same time",
     )
     return parser
 
 
-def _score_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _score_parser() -> _Parser:
+    parser = _Parser(
         prog="synth-video score",
         description="Compare what count-video --json said of the clips in a folder with their "
         "truths. The table is printed, and kept as scores.md and scores.json in the folder.",

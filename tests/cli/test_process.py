@@ -6,9 +6,13 @@ import os
 import signal
 import subprocess
 import sys
+from importlib.abc import MetaPathFinder
 from pathlib import Path
 
 import pytest
+
+import count_video
+from count_video.__main__ import run as begin
 
 HEAVY = {"av", "cv2", "numpy", "scipy", "mpmath", "rich", "matplotlib"}
 
@@ -65,6 +69,23 @@ def test_the_module_is_the_command() -> None:
         check=True,
     )
     assert done.stdout.startswith("count-video ")
+
+
+def test_an_interruption_while_the_command_is_loaded_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Loading(MetaPathFinder):
+        def find_spec(self, name: str, *_: object) -> None:
+            if name == "count_video.cli":
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys, "meta_path", [Loading(), *sys.meta_path])
+    monkeypatch.delitem(sys.modules, "count_video.cli", raising=False)
+    monkeypatch.delattr(count_video, "cli", raising=False)
+    with pytest.raises(SystemExit) as left:
+        begin()
+    assert left.value.code == 130
+    assert capsys.readouterr() == ("", "count-video: interrupted\n")
 
 
 def test_an_interruption_from_outside_ends_in_one_line() -> None:

@@ -29,7 +29,7 @@ def test_ctrl_c_ends_the_rendering_and_keeps_whole_clips_alone(tmp_path: Path) -
         process.send_signal(signal.SIGINT)
         _, complaint = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
-    assert complaint == "", "no word of the processes' own"
+    assert complaint == "synth-video: interrupted\n", "no word of the processes' own"
     clips = list(tmp_path.glob("*.mp4"))
     assert 1 <= len(clips) < 10, f"of 30, {time.monotonic() - began_s:.0f} s after the signal"
     for clip in clips:

@@ -7,7 +7,8 @@ import os
 import signal
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future
 from itertools import islice
 from pathlib import Path
 
@@ -17,11 +18,23 @@ from count_video.video.writer import write_clip
 from synth_video import film
 from synth_video.cli import main
 from synth_video.suite import suites
-from synth_video.suite.suites import SUITES
+from synth_video.suite.suites import SUITES, Take
 
+Wanted = tuple[Take, Path]
 SUITE = ["suite", "part", "--conditions", "nothing", "--strength", "full"]
 ONE = [*SUITE, "--seeds", "1", "--workers", "1"]
 NOTHING = "nothing-full-000"
+
+
+def done_here(
+    work: Callable[[Wanted], None], jobs: Sequence[Wanted], _: int
+) -> Generator[tuple[Wanted, Future[None]], None, None]:
+    """Take the place of processes: each job is done here, in its turn."""
+    for job in jobs:
+        work(job)
+        future: Future[None] = Future()
+        future.set_result(None)
+        yield job, future
 
 
 def test_a_suite_is_rendered_once_and_again_only_when_its_scene_changed(
@@ -41,23 +54,37 @@ def test_a_suite_is_rendered_once_and_again_only_when_its_scene_changed(
     assert f"count-video --json {tmp_path}" in printed
 
     # Again, but in this process and of one picture: the whole was drawn above.
-    monkeypatch.setattr(suites, "ProcessPoolExecutor", lambda *_: ThreadPoolExecutor(1))
+    monkeypatch.setattr(suites, "as_done", done_here)
     monkeypatch.setattr(
         film,
         "write_clip",
         lambda path, frames, options: write_clip(path, islice(frames, 1), options),
     )
     truth_file.write_text(json.dumps({**truth, "seed": truth["seed"] + 1}), "utf-8")
-    assert main([*ONE, str(tmp_path)]) == 0
+    assert main([*SUITE, "--seeds", "1", "--jobs", "1", str(tmp_path)]) == 0
     assert f"{NOTHING}.mp4" in capsys.readouterr().out.splitlines()
     assert json.loads(truth_file.read_text("utf-8")) == truth
 
 
 def test_without_a_folder_the_conditions_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["suite", "all"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    listed = [line.split(maxsplit=1) for line in lines]
-    assert listed == [[condition.name, condition.sentence] for condition in SUITES["all"]]
+    out = capsys.readouterr().out
+    listed = [f"{condition.name} {condition.sentence}" for condition in SUITES["all"]]
+    assert out.split() == " ".join(listed).split()
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_an_interruption_says_that_the_clips_that_are_there_stay(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(_: Wanted) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(suites, "as_done", done_here)
+    monkeypatch.setattr(suites, "_render", interrupted)
+    assert main([*ONE, str(tmp_path)]) == 130
+    said = "synth-video: interrupted; the same command goes on with what is missing\n"
+    assert capsys.readouterr() == ("", said)
 
 
 @pytest.mark.parametrize(
@@ -68,6 +95,7 @@ def test_without_a_folder_the_conditions_are_listed(capsys: pytest.CaptureFixtur
         ["suite", "part", "--conditions", "noise"],
         ["suite", "part", "x", "--seeds", "0"],
         ["suite", "part", "x", "--workers", "0"],
+        ["suite", "part", "x", "--jobs", "0"],
         ["suite", "part", "x", "--strength", "double"],
         ["score"],
         ["score", "nowhere"],
@@ -82,7 +110,8 @@ def test_a_wrong_request_ends_with_two(
     monkeypatch.chdir(tmp_path)
     assert main(arguments) == 2
     printed = capsys.readouterr()
-    assert printed.err
+    assert printed.err.startswith("synth-video: ")
+    assert printed.err.count("\n") == 1
     assert not printed.out
     assert not list(tmp_path.iterdir())
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from count_video.errors import UsageError
+from count_video.outputs import clear_unfinished
+from count_video.parallel import as_done
 from synth_video.film import render_clip
 from synth_video.scene import Scene
 from synth_video.suite.camera_conditions import FILE, LIGHT, PART, RATE, STAND
@@ -104,7 +105,8 @@ def takes_of(
 def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[tuple[Take, bool]]:
     """Render the clips that are missing; yield each take, and whether it was rendered now.
 
-    The folder is made if needed.
+    The folder is made if needed. Whoever leaves the loop early ends the processes; clips that are
+    complete stay.
 
     Raises
     ------
@@ -119,11 +121,14 @@ def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[tuple[Ta
     for take in takes:
         if take not in missing:
             yield take, False
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context) as pool:
-        clips = [folder / take.name for take in missing]
-        for take, _ in zip(missing, pool.map(_render, missing, clips), strict=True):
-            yield take, True
+    try:
+        with closing(as_done(_render, [(take, folder) for take in missing], workers)) as done:
+            for (take, _), future in done:
+                future.result()
+                yield take, True
+    finally:
+        with suppress(OSError):
+            clear_unfinished(folder)
 
 
 def _is_there(take: Take, clip: Path) -> bool:
@@ -137,5 +142,6 @@ def _is_there(take: Take, clip: Path) -> bool:
     return clip.exists() and (truth["scene"], truth["seed"]) == (wanted, take.seed)
 
 
-def _render(take: Take, clip: Path) -> None:
-    render_clip(take.scene, take.seed, clip)
+def _render(wanted: tuple[Take, Path]) -> None:
+    take, folder = wanted
+    render_clip(take.scene, take.seed, folder / take.name)
