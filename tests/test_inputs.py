@@ -105,8 +105,23 @@ def test_every_number_in_the_range_is_read_as_it_is(rate: float) -> None:
 
 @given(st.floats(allow_nan=False).filter(lambda rate: not 1 <= rate <= 1e7))
 def test_every_number_outside_of_the_range_is_refused(rate: float) -> None:
-    with pytest.raises(UsageError, match="from 1 to 1e\\+07 frames per second"):
+    with pytest.raises(UsageError, match="from 1 to 10 000 000 frames per second"):
         inputs.CAPTURE_RATE(repr(rate))
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (0, "0"),
+        (1e-6, "0.000001"),
+        (0.01, "0.01"),
+        (1000, "1000"),
+        (1e5, "100 000"),
+        (1e40, "1e+40"),
+    ],
+)
+def test_a_number_is_written_as_people_do(value: float, words: str) -> None:
+    assert inputs.number_words(value) == words
 
 
 def test_masses_are_exact_and_their_ratio_is_bounded() -> None:

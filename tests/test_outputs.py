@@ -103,6 +103,12 @@ def test_no_pipe_is_waited_for(name: str, folder: OutputFolder) -> None:
         signal.signal(signal.SIGALRM, before)
 
 
+def test_a_file_is_no_folder_for_results(tmp_path: Path) -> None:
+    (tmp_path / "results").touch()
+    with pytest.raises(UsageError, match=r"no folder for results .*; give another folder with -o"):
+        open_outputs(tmp_path / "results")
+
+
 def test_a_hidden_folder_that_is_a_link_is_refused(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "results").mkdir()

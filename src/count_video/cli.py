@@ -24,6 +24,7 @@ from count_video.errors import (
     UsageError,
     reason_of,
 )
+from count_video.inputs import read_json_object
 from count_video.options import complete_options, is_campaign, plan_values, read_options
 from count_video.outputs import remedy
 from count_video.process import (
@@ -193,6 +194,8 @@ def _answer_clips(options: argparse.Namespace) -> int:
         from count_video.planning.request import read_request
 
         plan = read_request(options.plan_file)  # before a long count
+    if options.corrections is not None:
+        read_json_object(options.corrections)  # likewise
     code, gap = EXIT_COUNTED, ""
     progress = _progress()
     for path in options.clips:

@@ -58,7 +58,8 @@ class Range:
         return Fraction(str(self.low)) <= Fraction(value) <= Fraction(str(self.high))
 
     def __str__(self) -> str:
-        return f"from {self.low:g} to {self.high:g}{self.unit and ' '}{self.unit}"
+        ends = f"from {number_words(self.low)} to {number_words(self.high)}"
+        return f"{ends} {self.unit}" if self.unit else ends
 
     def __call__(self, text: str) -> float:
         """Read a number."""
@@ -123,9 +124,14 @@ def masses(heavy: Fraction, light: Fraction) -> tuple[Fraction, Fraction]:
 
 def region(text: str) -> tuple[int, int, int, int]:
     """Read a part of the picture in px: left edge, top edge, width, height."""
-    if not re.fullmatch(r"[0-9]{1,6}(,[0-9]{1,6}){3}", text):
+    if not re.fullmatch(r"-?[0-9]{1,6}(,-?[0-9]{1,6}){3}", text):
         raise UsageError(f"{shown(text)} is not of the form X,Y,W,H in whole pixels")
     x, y, width, height = map(int, text.split(","))
+    if min(x, y) < 0:
+        raise UsageError(
+            f"{shown(text)} begins outside the picture: its left and top edge, counted from 0, "
+            "cannot be negative"
+        )
     if min(width, height) < SMALLEST_REGION_PX:
         raise UsageError(
             f"{shown(text)} is too small: give a width and a height of at least "
@@ -148,6 +154,8 @@ def some_path(text: str) -> Path:
     """Read the name of a file; an unset variable of a script is empty, which is none."""
     if not text or "\0" in text or len(text) > LONGEST_PATH:
         raise UsageError(f"{shown(text)} is no name of a file")
+    if re.match(r"[a-zA-Z][a-zA-Z0-9+.-]+://", text):
+        raise UsageError(f"{shown(text)} is an address; download the file first and give its name")
     return Path(text)
 
 
@@ -171,6 +179,15 @@ def checked(name: str, value: Any, read: Callable[[str], _Value]) -> _Value:
         raise UsageError(f"{name}: {error}") from error
 
 
+def number_words(value: float) -> str:
+    """Write a number as people do, in digits: ``0.000001``, ``1000``, ``10 000 000``."""
+    if value and not 1e-9 <= abs(value) < 1e16:  # nobody counts so many zeros
+        return f"{value:g}"
+    whole, _, decimals = f"{value:.9f}".partition(".")
+    grouped = f"{int(whole):,}".replace(",", " ") if len(whole) > 4 else whole
+    return f"{grouped}.{decimals}".rstrip("0").rstrip(".")
+
+
 def shown(text: str) -> str:
     """Quote a text from outside in one short line that a terminal shows and does not obey."""
     quoted = repr(text)
@@ -191,7 +208,9 @@ def regular_file(path: Path) -> Iterator[BufferedReader]:
         yield file
 
 
-def read_text(path: Path, most_bytes: int) -> str:
+def read_text(
+    path: Path, most_bytes: int, advice: str = "save it as such, a table as CSV UTF-8"
+) -> str:
     """Read a text file in UTF-8, with or without a mark in front; UsageError if it is none."""
     try:
         with regular_file(path) as file:
@@ -202,17 +221,17 @@ def read_text(path: Path, most_bytes: int) -> str:
             )
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UsageError(
-            f"{path}: this is no text in UTF-8; save it as such, a table as CSV UTF-8"
-        ) from error
+        raise UsageError(f"{path}: this is no text in UTF-8; {advice}") from error
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise UsageError(f"{path}: cannot be read: {reason}") from error
+        raise UsageError(
+            f"{path}: cannot be read: {reason}; check the name and its rights"
+        ) from error
 
 
 def read_json_object(path: Path) -> dict[str, object]:
     """Read a file that holds one JSON object; numbers without a value (NaN) are refused."""
-    text = read_text(path, MOST_JSON_BYTES)
+    text = read_text(path, MOST_JSON_BYTES, "give the JSON file as it was saved")
     try:
         stored = json_value(text, parse_constant=_no_number)
     except ValueError as error:

@@ -172,6 +172,11 @@ _TAKES: dict[str, dict[str, Any]] = {
 class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one line, by raising it."""
 
+    def __init__(self, **more: Any) -> None:
+        super().__init__(**more)
+        # What begins so is a value, which says itself what is wrong with it, and no option.
+        self._negative_number_matcher = re.compile(r"-\d")
+
     def error(self, message: str) -> NoReturn:
         # What begins with a quotation mark was cut already.
         short = re.sub(r"(?<!\S)[^\s'\"]\S{80,}", lambda long: shown(long[0]), message)

@@ -136,7 +136,7 @@ def open_outputs(folder: Path, names: Iterable[str] = ()) -> OutputFolder:
         clear_unfinished(folder)
         clear_unfinished(hidden)
     except OSError as error:
-        raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
+        raise _no_folder(folder, error) from error
     outputs = OutputFolder(folder)
     for name in names:
         outputs.check(name)
@@ -234,7 +234,7 @@ def held(file: Path, *, wait: bool = False) -> Iterator[None]:
     try:
         descriptor = _open_own(file, os.O_RDWR | os.O_CREAT)
     except OSError as error:
-        raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
+        raise _no_folder(folder, error) from error
     with os.fdopen(descriptor, "rb"):
         try:
             _take(descriptor, wait=wait)
@@ -246,6 +246,11 @@ def held(file: Path, *, wait: bool = False) -> Iterator[None]:
             if not wait:
                 raise UsageError(f"{folder}: {why} -o") from error
         yield
+
+
+def _no_folder(folder: Path, error: OSError) -> UsageError:
+    helps = remedy(error, "give another folder with -o")
+    return UsageError(f"{folder}: no folder for results ({error.strerror}); {helps}")
 
 
 @contextmanager

@@ -46,7 +46,7 @@ class TrialSettings:
     def __post_init__(self) -> None:
         if self.end is not None and self.start >= self.end:
             raise UsageError(
-                f"start {self.start} leaves no frame before end {self.end}: give a start below it"
+                f"start {self.start} leaves no frame before end {self.end}: give an end above it"
             )
 
 

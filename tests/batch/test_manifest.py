@@ -68,6 +68,17 @@ def test_a_folder_without_a_clip_is_a_job_with_its_problem(tmp_path: Path) -> No
     assert "no video file in this folder" in (job.problem or "")
 
 
+def test_a_folder_that_may_not_be_read_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def forbidden(_: Path) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "iterdir", forbidden)
+    (job,) = jobs_of([tmp_path], PLAIN)
+    assert job.problem == "this folder cannot be read (Permission denied); check its rights"
+
+
 def test_a_manifest_gives_each_clip_its_options(tmp_path: Path) -> None:
     file = manifest(
         tmp_path,

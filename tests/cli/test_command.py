@@ -120,6 +120,23 @@ def test_a_review_of_a_clip_that_is_not_counted_is_shown(
     assert "too dark" in out
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("a.mp4", "this is no text in UTF-8; give the JSON file as it was saved"),
+        ("none.json", "cannot be read: No such file or directory; check the name and its rights"),
+    ],
+)
+def test_a_file_that_holds_no_corrections_is_named_before_the_clip_is_counted(
+    command: StandIn, capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str, words: str
+) -> None:
+    clip = tmp_path / "a.mp4"
+    clip.write_bytes(b"\x00\xff")
+    assert main([str(clip), "--corrections", str(tmp_path / name)]) == 2
+    assert capsys.readouterr() == ("", f"count-video: {tmp_path / name}: {words}\n")
+    assert command.asked == []
+
+
 def test_answers_stand_apart_by_an_empty_line(
     command: StandIn, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -98,6 +98,23 @@ def test_a_wrong_request_is_refused_in_one_line(arguments: str) -> None:
     assert str(refusal.value).splitlines() == [str(refusal.value)]
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("a.mp4 --region -10,0,50,50", "'-10,0,50,50' begins outside the picture"),
+        ("a.mp4 --region=-10,0,50,50", "'-10,0,50,50' begins outside the picture"),
+        ("a.mp4 --end 0", "leaves no frame before end 0: give an end above it"),
+        ("http://example.com/x.mp4", "'http://example.com/x.mp4' is an address; download"),
+        ("a.mp4 --capture-fps 1e8", "from 1 to 10 000 000 frames per second"),
+        ("--plan 2 1 --gap 5000", "from 0.000001 to 1000 m"),
+    ],
+)
+def test_a_refusal_names_the_fault_itself(arguments: str, words: str) -> None:
+    with pytest.raises(UsageError) as refusal:
+        read_options(arguments.split())
+    assert words in str(refusal.value)
+
+
 def test_clips_may_stand_on_both_sides_of_an_option() -> None:
     assert read_options(["a.mp4", "--json", "b.mp4"]).clips == [Path("a.mp4"), Path("b.mp4")]
 

@@ -133,7 +133,7 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
         if not listed:
             problem = str(error)
             if isinstance(error, OSError):
-                problem = f"this folder cannot be read ({error.strerror}); change its rights"
+                problem = f"this folder cannot be read ({error.strerror}); check its rights"
             yield Job("", str(path), settings, problem)
     else:
         others = (clip for clip in clips if os.path.realpath(clip) not in known)

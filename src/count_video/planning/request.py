@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 
 from count_video import inputs
 from count_video.errors import UsageError
-from count_video.inputs import masses, read_json_object, shown
+from count_video.inputs import masses, number_words, read_json_object, shown
 from count_video.physics.setup import Setup, swing_rate
 from count_video.physics.theory import Mass, exact_ratio
 
@@ -115,7 +115,9 @@ class PlanRequest:
         if not isinstance(self.tolerances, Tolerances):
             raise UsageError(f"tolerances is {shown(str(self.tolerances))}; give a Tolerances")
         if self.mass_ratio > MOST_RATIO:
-            raise UsageError(f"a mass ratio above {MOST_RATIO} cannot be planned; take a smaller")
+            raise UsageError(
+                f"a mass ratio above {number_words(MOST_RATIO)} cannot be planned; take a smaller"
+            )
         if self.gap_m > self.release_m:
             raise UsageError(
                 f"the gap of {self.gap_m:g} m is larger than the release of {self.release_m:g} m; "
