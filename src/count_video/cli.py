@@ -139,13 +139,13 @@ def _answer_campaign(options: argparse.Namespace) -> int:
                 results = f"{plural(len(names), 'result')} of other clips of the same names"
                 _complain(f"{folder}: replaces {results} ({names[0]} first)")
             before_the_end(partial(clear_unfinished, folder))
-        if not options.json:
-            print(trial_heading(columns), flush=True)
         before_the_end(end_processes)  # the latest comes first
         count = partial(jobs_done, processes=options.jobs, scheduler=options.scheduler)
         for row in run_campaign(jobs, count, store, progress):
-            rows.append(row)
             with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
+                if not rows and not options.json:
+                    print(trial_heading(columns))
+                rows.append(row)
                 line = json_line(row.result) if options.json else trial_line(row, columns)
                 print(line, flush=True)
                 if row.missing and (options.json or not _is_seen()):

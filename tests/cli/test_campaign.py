@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -76,6 +77,17 @@ def test_folders_without_a_clip_alone_are_a_wrong_request(
     assert err.startswith(f"count-video: {empty}: no video file in this folder (none that ends in ")
     assert err.count("\n") == 1
     assert not results.exists()
+
+
+def test_a_scheduler_without_dask_is_one_line(
+    stand_in: StandIn, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "dask", None)  # as if it were not installed
+    assert cli.main(["--scheduler", "tcp://127.0.0.1:1", "a.mp4"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "pip install '.[distributed]'" in err
+    assert err.count("\n") == 1
 
 
 def test_clips_that_this_program_drew_are_left_out_where_files_are_named(

@@ -69,10 +69,18 @@ def test_a_table_is_written_as_other_spreadsheets_read_it() -> None:
     (cells,) = csv.DictReader(io.StringIO(trials_csv([trial], "semicolon")), delimiter=";")
     assert cells["probability"] == "0,25"
     assert cells["energy_kept"] == "2,5e-05"
-    assert cells["theory"] == ""
+    assert cells["pi_low"] == ""
     assert cells["name"] == "1.5"  # a text is no number
     assert cells["reason"] == "1.5; or 2"
     assert cells_of(trial)[0]["probability"] == "0.25"
+
+
+def test_the_theory_of_a_trial_is_that_of_its_masses_given_or_measured() -> None:
+    measured = row("measured", mass_ratio=100.0, mass_ratio_sigma=0.5)
+    vague = row("vague", mass_ratio=1.0, mass_ratio_sigma=0.01)  # 3 or 4
+    known = replace(vague, name="known", masses=(Fraction(16), Fraction(1)))
+    said = {cells["name"]: cells["theory"] for cells in cells_of(measured, vague, known)}
+    assert said == {"measured": "31", "vague": "", "known": "12"}
 
 
 @pytest.mark.parametrize(

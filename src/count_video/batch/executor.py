@@ -178,7 +178,8 @@ def _joined(address: str) -> Any:
             import distributed  # noqa: PLC0415
     except ImportError as error:
         raise UsageError(
-            "--scheduler needs Dask; install it with: pip install 'count-video[distributed]'"
+            "--scheduler needs Dask; install it with pip install '.[distributed]' in the folder of "
+            "this project"
         ) from error
     # A client that never joined would wait for the cluster once more as it is thrown away; one that
     # did is closed by its owner.

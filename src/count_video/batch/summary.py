@@ -14,12 +14,10 @@ from count_video.batch.manifest import Job
 from count_video.batch.results import ResultStore
 from count_video.errors import UsageError
 from count_video.outputs import remedy
-from count_video.physics.theory import collision_count
-from count_video.planning.comparison import ratio_range
 from count_video.planning.variations import count_figures
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Estimate, TrialResult
-from count_video.reports.campaign import CampaignSummary, Spread, Summary, TrialRow
+from count_video.reports.campaign import CampaignSummary, Spread, Summary, TrialRow, theories_of
 
 ALIKE = 0.05
 """Mass ratios that differ by less, as a share, are of the same bodies: clay and balances vary."""
@@ -131,9 +129,7 @@ def _summary(rows: Sequence[TrialRow]) -> Summary:
     given = sorted({row.theory for row in rows if row.theory is not None})
     theories: Sequence[int] = given
     if ratio is not None and not given:
-        # Of lossless bodies of these masses, of which the heavy one is the heavier.
-        low, high = (max(1.0, one) for one in ratio_range(ratio))
-        theories = range(collision_count(low), collision_count(high) + 1)
+        theories = theories_of(ratio)
     return Summary(
         trials=len(rows),
         mean_uncertainty=uncertainty,

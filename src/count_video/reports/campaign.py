@@ -11,6 +11,7 @@ from typing import Literal
 
 from count_video.inputs import MASS_RATIO
 from count_video.physics.theory import collision_count
+from count_video.planning.comparison import ratio_range
 from count_video.planning.variations import CountFigures
 from count_video.reasons import Cause, Reason
 from count_video.records import SURE, Estimate, TrialResult
@@ -58,6 +59,14 @@ class TrialRow:
     def theory(self) -> int | None:
         """Exact count of the masses that were given; None where none were."""
         return None if self.masses is None else collision_count(*self.masses)
+
+    @property
+    def only_theory(self) -> int | None:
+        """Count of the masses, given or measured; None where more than one is possible."""
+        if self.theory is not None or self.mass_ratio is None:
+            return self.theory
+        counts = theories_of(self.mass_ratio)
+        return counts[0] if len(counts) == 1 else None
 
     @property
     def mass_ratio(self) -> Estimate | None:
@@ -154,6 +163,12 @@ class CampaignSummary:
     whole: Summary
     groups: tuple[Summary, ...]
     """One for each mass ratio, from the least; the first alone where all bodies are alike."""
+
+
+def theories_of(ratio: Estimate) -> range:
+    """Return the counts of lossless bodies of a measured mass ratio, which is no less than 1."""
+    low, high = (max(1.0, one) for one in ratio_range(ratio))
+    return range(collision_count(low), collision_count(high) + 1)
 
 
 def theory_words(summary: Summary) -> str:

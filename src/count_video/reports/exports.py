@@ -146,7 +146,7 @@ TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
     "seen": lambda row: row.result.seen,
     "between_frames": lambda row: row.result.between_frames,
     "capture_fps": lambda row: row.result.capture_fps,
-    "theory": lambda row: row.theory,
+    "theory": lambda row: row.only_theory,
     "mass_ratio": lambda row: row.result.mass_ratio,
     "pi_low": lambda row: row.result.pi_low,
     "pi_high": lambda row: row.result.pi_high,
