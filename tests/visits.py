@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 PHONE = {"width": 390, "height": 844}
 DESK = {"width": 1280, "height": 900}
+LINES_OF_OPTIONS = """() => [...document.querySelectorAll(".option")].map(
+  (option) => [option.textContent, option.getClientRects().length])"""
+"""Each option of a command that a page shows, and on how many lines it stands."""
 PATIENCE = 200
 """Waits of 50 ms each: what should happen at once may take long on a busy machine."""
 

@@ -15,7 +15,7 @@ from count_video.corrections import reviewed
 from count_video.reports.page import campaign_page
 from count_video.video.reader import open_footage
 from table_rows import row
-from visits import DESK, PHONE, Visit, open_page
+from visits import DESK, LINES_OF_OPTIONS, PHONE, Visit, open_page
 
 if TYPE_CHECKING:
     from playwright import sync_api
@@ -457,6 +457,7 @@ def test_nothing_sticks_out_of_a_phones_screen(browser: sync_api.Browser, made: 
         "[...document.querySelectorAll('button')].map((b) => b.getBoundingClientRect().height)"
     )
     assert min(small) >= 38  # a finger's width
+    assert ["--corrections", 1] in opened.page.evaluate(LINES_OF_OPTIONS)
     assert opened.complaints == []
     opened.page.close()
 

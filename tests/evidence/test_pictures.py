@@ -320,6 +320,8 @@ def test_the_histogram_has_a_bar_a_count_and_the_theory() -> None:
     heights = {round(bar.get_x() + bar.get_width() / 2): bar.get_height() for bar in axes.patches}
     assert heights == histogram
     assert "theory: 31" in [line.get_label() for line in axes.lines]
+    assert [text.get_text() for text in axes.texts] == ["1", "3", "4", "22"]
+    assert all(text.get_bbox_patch() is None for text in axes.texts), "no box hides bars and lines"
     assert picture_bytes(campaign_figure(summarise([])), "png").startswith(PNG)
 
 

@@ -70,6 +70,7 @@ def test_trials_add_the_table(capsys: pytest.CaptureFixture[str]) -> None:
     text = answer(capsys, *PAPER, "--trials", "30", "--seed", "5")
     figures = dict(re.findall(r"^(\w[\w ]+?)  +([\d.]+)", text, re.M))
     assert figures["Number of trials"] == "30"
+    assert "\n  of these counted " in text
     assert 29.5 <= float(figures["Mean value"]) <= 31
     rows = [line.split() for line in text.partition("Collisions  trials")[2].splitlines()]
     assert sum(int(row[1]) for row in rows if row) == 30

@@ -13,7 +13,7 @@ from count_video.physics.simulator import simulate
 from count_video.planning.plan import make_plan
 from count_video.planning.request import PlanRequest
 from count_video.reports.page import plan_page
-from visits import DESK, PHONE, Visit, open_page
+from visits import DESK, LINES_OF_OPTIONS, PHONE, Visit, open_page
 
 if TYPE_CHECKING:
     from playwright import sync_api
@@ -167,6 +167,13 @@ def test_nothing_sticks_out_of_a_phones_screen(browser: sync_api.Browser, page_f
         ".map((b) => b.getBoundingClientRect().height)"
     )
     assert min(small) >= FINGER_PX
+    assert opened.page.evaluate(
+        "(({ scrollWidth, clientWidth }) => scrollWidth <= clientWidth)"
+        "(document.querySelector('.sheet'))"
+    ), "the picture is shown whole"
+    lines = opened.page.evaluate(LINES_OF_OPTIONS)
+    assert {"--plan", "--gap", "--thread", "--capture-fps"} <= {option for option, _ in lines}
+    assert {number for _, number in lines} == {1}
     opened.page.locator("#map").scroll_into_view_if_needed()
     assert opened.page.locator("#count").is_visible()  # it stays while one scrolls
     slide(opened, "gap", 0.05)

@@ -35,6 +35,11 @@ def test_one_of_something_is_no_plural() -> None:
     assert "at frames 26 and 71, by" in sentence(Reason(Cause.RATE_CHANGES, (4.0, 26.0, 71.0)))
 
 
+def test_a_body_that_turns_once_is_not_said_to_turn_often() -> None:
+    said = sentence(Reason(Cause.PARTNER_UNSEEN, (0.6,)))
+    assert said.startswith("one body alone turns round: with a probability of 60% it is")
+
+
 def test_no_reason_is_no_sentence() -> None:
     assert sentences(()) is None
     both = Reason(Cause.NO_IMPACT), Reason(Cause.TOO_FAINT)

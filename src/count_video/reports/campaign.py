@@ -107,7 +107,7 @@ class TrialRow:
         if self.not_kept is not None:
             return "remove what prevented the writing and start the same command again"
         if self.result.frames_decoded is None:
-            return "mend what the reason names, and start the same command again"
+            return "put right what the reason names and start the same command again"
         if self.result.contradicting_ratio is not None and not self.is_unsure:
             return "start again with the masses of these bodies"
         return self.result.what_to_do or "compare the clip with the collisions listed"
@@ -243,7 +243,7 @@ def summary_lines(one: Summary) -> list[Line]:
         source = f"(measured mass ratio {ratio_words(one.mass_ratio)})"
     if one.mean_uncertainty is not None:
         beside = f"± {one.mean_uncertainty:.2f} by the counts' own probabilities"
-    lines = paper_lines(one, "counted", (theory_words(one), source), beside)
+    lines = paper_lines(one, (theory_words(one), source), beside)
     for label, spread in (
         ("Restitution between the bodies", one.restitution_bodies),
         ("Restitution at the wall", one.restitution_wall),
@@ -258,13 +258,10 @@ def summary_lines(one: Summary) -> list[Line]:
     return lines
 
 
-def paper_lines(
-    table: CountFigures, counted: str, theory: tuple[str, str], beside: str = ""
-) -> list[Line]:
+def paper_lines(table: CountFigures, theory: tuple[str, str], beside: str = "") -> list[Line]:
     """List the lines of the paper's table.
 
-    ``counted`` says in words which trials have a count; ``theory`` is the theory's count and where
-    it is from; ``beside`` stands beside the mean.
+    ``theory`` is the theory's count and where it is from; ``beside`` stands beside the mean.
     """
     figures = (
         ("Maximum value", table.maximum, 0, ""),
@@ -275,7 +272,7 @@ def paper_lines(
     )
     return [
         ("Number of trials", str(table.trials), ""),
-        (f"  of these {counted}", str(table.counted), ""),
+        ("  of these counted", str(table.counted), ""),
         *((label, "-" if v is None else f"{v:.{n}f}", remark) for label, v, n, remark in figures),
         ("Theory", *theory),
     ]

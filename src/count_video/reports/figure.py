@@ -22,6 +22,7 @@ from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, the
 from count_video.reports.drawing import (
     BLUE,
     DOTS_PER_INCH,
+    HALO,
     MEDIA_TYPES,
     PAPER,
     SKY_BLUE,
@@ -167,7 +168,7 @@ def _draw_histogram(axes: Axes, group: Summary) -> None:
         return
     trials = list(group.histogram.values())
     bars = axes.bar(list(group.histogram), trials, color=SKY_BLUE, label="trials", gid="bar")
-    axes.bar_label(bars, backgroundcolor="white", padding=3)
+    axes.bar_label(bars, padding=3, path_effects=list(HALO))
     for count in {theories[0], theories[-1]} if theories else ():
         label = f"theory: {theory_words(group)}" if count == theories[0] else None
         axes.axvline(count, color=VERMILION, linestyle="--", linewidth=2, label=label)

@@ -10,12 +10,14 @@ from __future__ import annotations
 import base64
 import hashlib
 import math
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 from count_video.inputs import TOLERANCES
 from count_video.planning import variations
@@ -57,9 +59,15 @@ def render(name: str, *, script: bool = False, **values: object) -> str:
         keep_trailing_newline=True,
     )
     made.filters |= {"digest": _digest, "printable": printable, "percent": percent}
-    made.filters |= {"ratio_words": ratio_words, "share": share_words}
+    made.filters |= {"ratio_words": ratio_words, "share": share_words, "whole": _with_whole_options}
     own = {"style": f"{name}.css", "script": f"{name}.js" if script else None}
     return made.get_template(f"{name}.html").render({"data": None, **values, **own})
+
+
+def _with_whole_options(text: str) -> Markup:
+    """Mark each option of the command in a text, so that no line breaks at its hyphens."""
+    option = r"(?<![\w-])--[a-z][a-z-]+"
+    return Markup(re.sub(option, r'<span class="option">\g<0></span>', str(escape(text))))
 
 
 def _digest(own_text: str) -> str:

@@ -95,7 +95,7 @@ def _camera_words(camera: CameraView | None) -> str:
     """Say what the frames show, what is inferred, and how often such clips were counted exactly."""
     if camera is None:
         return "no rate given (--capture-fps)"
-    text = f"{camera.capture_fps:g} frames a second: "
+    text = f"{shortened(camera.capture_fps, 6)} frames a second: "
     if camera.way == "seen":
         text += "the frames show every collision"
     else:
@@ -185,7 +185,7 @@ def table_lines(table: variations.TrialTable | None) -> list[str]:
     """Write the table of trials, as that of a campaign; no line where there is none."""
     if table is None:
         return []
-    lines = paper_lines(table, "with a count", (str(table.theory), ""))
+    lines = paper_lines(table, (str(table.theory), ""))
     return [*(entry(*line) for line in lines), *histogram_lines(table.histogram, [table.theory])]
 
 

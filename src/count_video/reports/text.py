@@ -24,6 +24,7 @@ from count_video.reports.words import (
     plural,
     printable,
     ratio_words,
+    shortened,
 )
 
 _ENDINGS = {
@@ -186,7 +187,7 @@ def _scene_notes(result: TrialResult) -> Iterator[Note]:
             rate = "; their rate changes, so no times"
         elif result.capture_fps is not None:
             source = _RATE_SOURCES[result.capture_fps_source]
-            rate = f", captured at {result.capture_fps:.6g} frames a second ({source})"
+            rate = f", captured at {shortened(result.capture_fps, 6)} frames a second ({source})"
         yield "Footage", plural(result.frames_decoded, "frame") + rate
     for warning in result.warnings:
         yield "Warning", warning

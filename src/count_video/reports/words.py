@@ -198,7 +198,7 @@ SAID: Final[Mapping[str, Mapping[Cause, str]]] = {
         "to the ball",
         Cause.MOVES_BESIDE: "something that could not be followed moves where the body turns in "
         "frame {:.0f}: the body may be one of a trial whose other body was not found",
-        Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it "
+        Cause.PARTNER_UNSEEN: "one body alone turns round: with a probability of {:.0%} it "
         "is the cylinder of a trial whose ball was not found",
         Cause.LOST: "one of the bodies could not be followed beyond frame {:.0f}, though it does "
         "not leave the picture there: more collisions may have happened",

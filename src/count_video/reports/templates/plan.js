@@ -153,6 +153,18 @@
       : `Theory: ${theory} for free bodies without losses`;
   }
 
+  /** Show a command; no line is to break at the hyphens of an option. */
+  function showCommand(command) {
+    const parts = command.split(/(--[a-z-]+)/).map((part) => {
+      if (!part.startsWith("--")) return part;
+      const option = document.createElement("span");
+      option.className = "option";
+      option.textContent = part;
+      return option;
+    });
+    element("command").replaceChildren(...parts);
+  }
+
   function show() {
     for (const name of NAMES) {
       element(name).value = name === "rate" ? Math.log10(values.rate) : values[name];
@@ -173,9 +185,9 @@
     element("needed").textContent = !here ? "–"
       : `${10 * Math.max(1, Math.ceil(resolved / shortest / 10))} frames a second to see each`;
     element("camera").textContent = here ? cameraWords(here) : "–";
-    element("command").textContent = `count-video --plan ${heavyOf(values.clay)} ${request.light} `
+    showCommand(`count-video --plan ${heavyOf(values.clay)} ${request.light} `
       + `--gap ${digits(values.gap, 4)} --release ${digits(values.release, 4)}${options} `
-      + `--capture-fps ${digits(values.rate, 5)}`;
+      + `--capture-fps ${digits(values.rate, 5)}`);
     drawMap(cells, row.theory);
   }
 
