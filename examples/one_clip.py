@@ -10,10 +10,9 @@ import sys
 import count_video
 
 
-def main(clip: str, *masses: str) -> None:
+def main(clip: str, *masses: float) -> None:
     """Print the count of a clip and write its page, picture and tables into a folder here."""
-    given = (float(masses[0]), float(masses[1])) if masses else None
-    result = count_video.count(clip, masses=given)
+    result = count_video.count(clip, masses=(masses[0], masses[1]) if masses else None)
     print(result.text())
     print()
     if result.mass_ratio is not None:
@@ -32,6 +31,10 @@ if __name__ == "__main__":
     if len(sys.argv) not in (2, 4):
         raise SystemExit(__doc__)
     try:
-        main(*sys.argv[1:])
-    except (count_video.CountVideoError, ValueError) as error:
+        given = [float(mass) for mass in sys.argv[2:]]
+    except ValueError as error:
+        raise SystemExit("HEAVY and LIGHT must be two numbers, for example 16 1") from error
+    try:
+        main(sys.argv[1], *given)
+    except count_video.CountVideoError as error:
         raise SystemExit(str(error)) from error

@@ -26,10 +26,10 @@ def main(folder: str) -> None:
     """Print the two tables side by side, and the clips that were not counted."""
     counts = []
     for result in count_video.count_all(folder):
-        print(result, file=sys.stderr)
         if result.count is None:
-            print(f"  not counted: {'; '.join(result.reasons)}", file=sys.stderr)
+            print(f"{result.clip}: not counted: {'; '.join(result.reasons)}", file=sys.stderr)
         else:
+            print(f"{result.clip}: counted {result.count}", file=sys.stderr)
             counts.append(result.count)
     if not counts:
         raise SystemExit(f"{folder}: no clip was counted")

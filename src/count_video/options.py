@@ -50,6 +50,8 @@ _OF_A_COUNT = (
     *("theory", "plan_file", "jobs", "fresh", "pages", "scheduler", "presenter"),
 )
 """Options that go with a plan alone, and those that do not go with one."""
+_NOT_OF_A_PLAN = (*_OF_A_COUNT, "picture_format")
+"""A plan has its picture in both formats."""
 _NOT_OF_A_THEORY = (*_OF_A_PLAN, *_OF_A_COUNT, "plan", "json", "capture_fps", "ball_diameter_mm")
 """What the exact count of two masses needs not."""
 _FIELDS = {"gap": "gap_m", "release": "release_m", "damping": "damping_per_s"}
@@ -227,7 +229,7 @@ def _refusals(options: argparse.Namespace, parser: argparse.ArgumentParser) -> I
             if name != purpose and getattr(options, name) not in (parser.get_default(name), [])
         ]
 
-    alien = {"theory": _NOT_OF_A_THEORY, "plan": _OF_A_COUNT, None: _OF_A_PLAN}
+    alien = {"theory": _NOT_OF_A_THEORY, "plan": _NOT_OF_A_PLAN, None: _OF_A_PLAN}
     for option in given(*alien[purpose]):
         without = f"--{purpose} goes without {option}"
         yield without if purpose else f"{option} goes with --plan alone"

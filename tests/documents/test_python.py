@@ -24,14 +24,18 @@ CELL_S = 240
 work_once = cache(pipeline.work_through)
 
 
-def run(file: Path, *arguments: str, folder: Path = TOP) -> str:
-    done = subprocess.run(
+def start(file: Path, *arguments: str, folder: Path = TOP) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
         [sys.executable, str(file), *arguments],
         cwd=folder,
         capture_output=True,
         text=True,
         check=False,
     )
+
+
+def run(file: Path, *arguments: str, folder: Path = TOP) -> str:
+    done = start(file, *arguments, folder=folder)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -65,11 +69,20 @@ def test_the_example_of_one_clip_counts_it_and_keeps_its_tables(tmp_path: Path) 
     assert (tmp_path / "evidence" / f"{clip.stem}.html").is_file()
 
 
+def test_masses_that_are_no_numbers_are_one_line_of_the_example() -> None:
+    done = start(TOP / "examples/one_clip.py", "clip.mp4", "heavy", "1")
+    assert done.returncode == 1
+    assert done.stderr == "HEAVY and LIGHT must be two numbers, for example 16 1\n"
+
+
 def test_the_example_of_thirty_trials_prints_the_papers_table(tmp_path: Path) -> None:
     clips = [TOP / "fixtures" / f"{name}.mp4" for name in ("ratio1-count3", "ratio16-count12")]
     for clip in clips:
         (tmp_path / clip.name).write_bytes(clip.read_bytes())
-    printed = run(TOP / "examples/thirty_trials.py", str(tmp_path))
+    done = start(TOP / "examples/thirty_trials.py", str(tmp_path))
+    said = {f"{clips[0].name}: counted 3", f"{clips[1].name}: counted 12"}
+    assert {line.removeprefix(f"{tmp_path}/") for line in done.stderr.splitlines()} == said
+    printed = done.stdout
     rows = {line[:25].strip(): line[25:].split() for line in printed.splitlines()}
     assert rows["Number of trials"] == ["2", "30"]
     assert rows["Maximum value"] == ["12", "31"]

@@ -181,6 +181,7 @@ def test_the_same_plan_makes_the_same_files_and_replaces_those_of_another(
         "--plan 1050 10.5 --theory 1050 10.5",
         "--plan 1050 10.5 --masses 1050 10.5",
         "--plan 1050 10.5 --start 5",
+        "--plan 1050 10.5 --format svg -o out",
         "--plan 1e9 1",
         "--plan 100 1 --thread 0.05",
         "--plan 100 1 --restitution 0.1",

@@ -271,6 +271,11 @@ def test_a_noun_follows_its_number(number: int, words: str) -> None:
     assert plural(number, "frame") == words
 
 
+def test_a_fast_camera_has_its_rate_in_digits() -> None:
+    text = result_text(made_result(3, capture_fps=1e6), TERMINAL_WIDTH)
+    assert "captured at 1000000 frames a second" in " ".join(text.split())
+
+
 def test_where_the_rate_changes_no_rate_is_asked_for() -> None:
     text = result_text(made_result(3, capture_fps=None, even_rate=False), TERMINAL_WIDTH)
     assert "their rate changes, so no times" in text
