@@ -205,17 +205,29 @@ def _whole_pairs(count: int) -> int:
 def neighbouring(fit: Fit, count: int) -> Floats:
     """Turn a fit into a start, shape (columns without deviations,), for another count.
 
-    One collision fewer or more is the burst's end cut or gone on. For pairs, the number of
+    One collision fewer or more is the burst's end cut or gone on: where the ball turns next to the
+    wall, it may have struck it. For pairs, the number of
     collisions grows as the root of the mass ratio. With that changed, and each loss so that their
     sum stays, what goes before and what comes after the thick of it is still where it was seen.
     """
     values = fit.values[:FIRST_DEVIATION].copy()
     if (count - fit.count) % PAIR:
+        near_px = _nearest_px(fit)
+        if count > fit.count and 0.0 < near_px < FLOORS_PX[-1]:
+            values[Column.WALL] += 2 * near_px
         return values
     values[Column.LIGHTNESS] -= 2 * np.log(count / fit.count)
     contacts = [Column.BODIES, Column.BOUNCE]
     values[contacts] = 1 - (1 - values[contacts]) * fit.count / count
     return within_limits(values)
+
+
+def _nearest_px(fit: Fit) -> float:
+    """How near the ball comes to the wall after the last collision; infinite if it is not shown."""
+    observed = fit.observed
+    later = observed.times(fit.values) > fit.paths.time[0, -1] + CLEAR_FRAMES
+    place = (observed.places_px - fit.left_px)[: len(later)][later]
+    return float(np.nanmin(place - fit.values[Column.WALL], initial=np.inf))
 
 
 # ---- with scatter of the restitution -------------------------------------------------------------
