@@ -12,7 +12,7 @@ from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film_motion, pa
 from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.observations import observe
 from count_video.motion.parameters import Knowledge, prior_of
-from count_video.motion.rivals import Rivals
+from count_video.motion.rivals import HOPELESS, Rivals
 from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.motion.starting import rough_values
 from count_video.physics.setup import Setup
@@ -137,3 +137,30 @@ def test_a_heavy_body_that_left_the_picture_comes_back_after_the_burst_only() ->
     assert trial.frames[-1] > trial.frames[-2] + 80
     assert found.burst == len(trial.frames)
     assert not found.shortcomings
+
+
+def test_a_ball_that_turns_next_to_the_wall_may_have_struck_it() -> None:
+    """It turns 0.3 px before it, next to as much noise: with one collision more all fits as well."""
+    motion = simulate(
+        Setup(
+            0.084,
+            0.0105,
+            heavy_thread_m=0.7073,
+            light_thread_m=0.7073,
+            wall_gap_m=0.0425,
+            release_m=0.07125,
+            restitution_bodies=0.97657,
+            restitution_wall=0.96225,
+        )
+    )
+    filming = Filming(254.0, 0.3, lead_frames=60, tail_frames=100, px_per_m=600.0)
+    track = film_motion(motion, filming, 1).track
+    observed = observe(track, seen_collisions(track))
+    rough = rough_values(observed, seen_collisions(track), Knowledge())
+    rivals = Rivals(observed, prior_of(rough, Knowledge(), shows_heavy=True))
+    beginning = rivals.grow(rough).values
+    as_it_is = rivals.add(motion.count, beginning)
+    rivals.climb(beginning)
+    more = rivals.fits[motion.count + 1]
+    assert more.reached == motion.count + 1
+    assert more.loss < as_it_is.loss + HOPELESS

@@ -149,6 +149,8 @@ class Rivals:
                         self.add(count, before.values)
                     if step % PAIR and calm is not None:
                         self.add(count, calm)
+                    if count == before.count + 1:
+                        self._add_touching(before)
                 if self.best.loss < before.loss - BETTER:
                     side = turned
                     step = min(2 * step, _longest_step(before.count))
@@ -156,6 +158,16 @@ class Rivals:
             else:
                 # A quarter as far, in whole pairs; at last a single one.
                 step = max(PAIR, _whole_pairs(step // 4)) if step > PAIR else step - 1
+
+    def _add_touching(self, before: Fit) -> None:
+        """Fit one collision more where the ball turns next to the wall: it may have struck it.
+
+        With the wall nearer by as much, that collision comes about.
+        """
+        near_px, nearer = _nearest_px(before), before.values.copy()
+        if 0.0 < near_px < FLOORS_PX[-1]:
+            nearer[Column.WALL] += 2 * near_px
+            self.add(before.count + 1, nearer)
 
     def add(self, count: int, start: Floats) -> Fit:
         """Fit a count from a start, shape (columns, ...), with each floor."""
@@ -205,16 +217,12 @@ def _whole_pairs(count: int) -> int:
 def neighbouring(fit: Fit, count: int) -> Floats:
     """Turn a fit into a start, shape (columns without deviations,), for another count.
 
-    One collision fewer or more is the burst's end cut or gone on: where the ball turns next to the
-    wall, it may have struck it. For pairs, the number of
+    One collision fewer or more is the burst's end cut or gone on. For pairs, the number of
     collisions grows as the root of the mass ratio. With that changed, and each loss so that their
     sum stays, what goes before and what comes after the thick of it is still where it was seen.
     """
     values = fit.values[:FIRST_DEVIATION].copy()
     if (count - fit.count) % PAIR:
-        near_px = _nearest_px(fit)
-        if count > fit.count and 0.0 < near_px < FLOORS_PX[-1]:
-            values[Column.WALL] += 2 * near_px
         return values
     values[Column.LIGHTNESS] -= 2 * np.log(count / fit.count)
     contacts = [Column.BODIES, Column.BOUNCE]
