@@ -140,7 +140,7 @@ def test_a_heavy_body_that_left_the_picture_comes_back_after_the_burst_only() ->
 
 
 def test_a_ball_that_turns_next_to_the_wall_may_have_struck_it() -> None:
-    """It turns 0.3 px before it, next to as much noise: with one collision more all fits as well."""
+    """It turns half a pixel before it: with one collision more all fits as well."""
     motion = simulate(
         Setup(
             0.084,
