@@ -22,13 +22,9 @@ OUTLINE_PX = 1.0
 """Outlines are found to about half a pixel on either side."""
 
 
-def tracks_of(path: Path, wall=None, **part) -> list[Track]:
-    with open_footage(path) as footage, observe(view_of(footage, **part)) as seen:
-        return pair_tracks(seen.movers, seen.frames, seen.view, wall)
-
-
 def track_of(path: Path, wall=None, **part) -> Track:
-    return tracks_of(path, wall, **part)[0]
+    with open_footage(path) as footage, observe(view_of(footage, **part)) as seen:
+        return pair_tracks(seen.movers, seen.frames, seen.view, wall)[0]
 
 
 @pytest.fixture(
@@ -58,20 +54,6 @@ def test_both_bodies_are_where_they_were_drawn(filmed: tuple[Path, bool, bool]) 
         assert abs(float(np.median(away))) < OUTLINE_PX
         assert float(np.std(away)) < PLACED_PX
     assert track.ball_diameter_px == pytest.approx(2 * RADIUS_PX, abs=2 * OUTLINE_PX)
-
-
-def test_two_bodies_are_offered_with_either_as_the_ball_unless_the_wall_is_given(
-    filmed: tuple[Path, bool, bool],
-) -> None:
-    path, wall_left, _ = filmed
-    likelier, other = tracks_of(path)
-    sides = ("left", "right") if wall_left else ("right", "left")
-    assert (likelier.wall_side, other.wall_side) == sides
-    assert likelier.heavy is not None
-    assert other.heavy is not None
-    for one, same in ((likelier.ball, other.heavy), (other.ball, likelier.heavy)):
-        assert np.ptp(one.position_px - same.position_px) == pytest.approx(0.0, abs=1e-9)
-    assert len(tracks_of(path, sides[1])) == 1
 
 
 def test_a_part_of_the_clip_gives_the_same_places(filmed: tuple[Path, bool, bool]) -> None:

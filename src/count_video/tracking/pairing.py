@@ -74,17 +74,12 @@ def pair_tracks(
 ) -> list[Track]:
     """Tracks of the pairs that may be ball and heavy body, the likeliest first.
 
-    Which of two is the ball shows by which one bounces on its far side; last come the same pairs
-    with the other one as the ball.
     ``frames`` are the indices of the pictures in which the movers were sought, shape (n,), ``view``
     is the view of them, and ``wall`` the side of the wall; None to find it by the motion.
     """
     pairs = ranked_pairs(movers.bodies)[:PAIRS_AT_MOST]
-    tracks = []
-    for other_way in (False, True) if wall is None else (False,):
-        found = (_track(pair, movers, frames, view, wall, other_way) for pair in pairs)
-        tracks += [track for track in found if track and (track.wall_seen or not other_way)]
-    return tracks
+    tracks = (_track(pair, movers, frames, view, wall) for pair in pairs)
+    return [track for track in tracks if track is not None]
 
 
 def ranked_pairs(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
@@ -191,12 +186,8 @@ def _track(
     frames: Indices,
     view: View,
     given: WallSide | None,
-    other_way: bool,
 ) -> Track | None:
-    """Make the track of two bodies, the one on the left (or above) first; None if one was lost.
-
-    The ball is that which bounces, or the other one if it is to be the ``other_way``.
-    """
+    """Make the track of two bodies, the one on the left (or above) first; None if one was lost."""
     axis = int(movers.upright)
     places = [places_of(one, movers, view) for one in pair]
     paths = [one.xy_px[:, axis] for one in places]
@@ -205,8 +196,6 @@ def _track(
     halves = [float(one.size_px[axis]) / 2 for one in places]
     found = wall_side(paths[0] - halves[0], paths[1] + halves[1])
     side: WallSide = given or found or "left"
-    if other_way:
-        side = "right" if side == "left" else "left"
     ball, heavy = (0, 1) if side == "left" else (1, 0)
     # Of the cylinder it is the place of the face that the ball strikes.
     low, high = (0.0, 2 * halves[heavy]) if side == "left" else (-2 * halves[heavy], 0.0)
