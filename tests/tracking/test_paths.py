@@ -54,3 +54,18 @@ def test_bodies_move_steadily_but_for_the_camera(camera_moves: bool) -> None:
     freed = unsteadiness([path - shake for path in paths], frames)
 
     assert (freed < unsteadiness(paths, frames)) is camera_moves
+
+
+@pytest.mark.parametrize("camera_moves", [True, False])
+def test_a_slow_drift_counts_more_than_the_noise_by_which_it_is_measured(
+    *, camera_moves: bool
+) -> None:
+    """It shows between distant frames: from one to the next, what is measured adds its noise."""
+    frames, rng = np.arange(240), np.random.default_rng(5)
+    drift = np.column_stack([5.0 * np.sin(frames / 15), 3.0 * np.cos(frames / 19)])
+    measured = drift + rng.normal(0, 0.05, drift.shape)
+    flight = np.column_stack([60.0 * np.abs(frames / 90 % 2 - 1), 0.0 * frames])
+    flight = flight + rng.normal(0, 0.05, flight.shape)
+    path = flight + drift if camera_moves else flight
+
+    assert (unsteadiness([path - measured], frames) < unsteadiness([path], frames)) is camera_moves
