@@ -49,7 +49,7 @@ def test_no_reason_is_no_sentence() -> None:
 UNUSUAL = {
     *(Cause.GAP_MADE_UP_FOR, Cause.RATE_CHANGES, Cause.OTHER_SHOTS, Cause.OUTLINES_APART),
     *(Cause.MASSES_UNUSED, Cause.MASSES_CONTRADICT, Cause.STANDS_STILL),
-    Cause.ENERGY_GAINED,
+    *(Cause.ENERGY_GAINED, Cause.UNEVEN_STAMPS),
 }
 """They stand against no count."""
 
