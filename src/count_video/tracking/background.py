@@ -66,13 +66,10 @@ def background_of(
 
     Shifts and lights are those of the background.
     """
-    levelled, marks = [], []
-    some = np.unique(np.linspace(0, len(lights) - 1, BACKGROUND_OF).astype(int))
-    for sample in some.tolist():
-        level, shift = lights[sample].levelled(pictures[sample]), shift_px[sample]
-        levelled.append(moved_back(level, shift))
-        if known:
-            marks.append(moved_back(hidden(known, sample, (0.0, 0.0), level.shape), shift))
+    some = np.unique(np.linspace(0, len(lights) - 1, BACKGROUND_OF).astype(int)).tolist()
+    levelled = [moved_back(lights[k].levelled(pictures[k]), shift_px[k]) for k in some]
+    shape = levelled[0].shape
+    marks = (moved_back(hidden(known, k, (0.0, 0.0), shape), shift_px[k]) for k in some if known)
     return Background(median_picture(levelled, marks), shift_px, lights)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 
 import cv2
 import numpy as np
@@ -33,6 +33,8 @@ LAST = np.int16(np.iinfo(np.int16).max)
 STRIP_PIXELS = 200_000
 """So many pixels of all pieces are laid upon each other at a time: they stay in the cache."""
 
+REDUCED_BYTES = 8_000_000
+"""Reduced pictures are kept up to so many bytes of each scale."""
 SHOWN_AT_LEAST, SHOWN_PICTURES = 0.15, 4
 """A pixel is learnt only if nothing hides it in more than this share, and number, of pictures: of
 fewer, the median is always near."""
@@ -65,14 +67,15 @@ class Source:
     """Paths of others that move otherwise: image x and y of one of their points, shape (samples,
     2); NaN where it is not seen. What they explain better is not the body's."""
     reduced_before: dict[int, Made] = field(default_factory=dict)
-    """The pictures reduced by a scale; they are kept."""
+    """The pictures reduced by a scale; the last ones that were read are kept."""
 
     def reduced(self, scale: int) -> Source:
         """Reduce the pictures, and what is known of them."""
         if scale == 1:
             return self
-        kept = Made(cache(lambda place: reduced(self.pictures[place], scale)))
-        small = self.reduced_before.setdefault(scale, kept)
+        at_most = 1 + REDUCED_BYTES * scale**2 // self.background.luma.size
+        kept = lru_cache(at_most)(lambda place: reduced(self.pictures[place], scale))
+        small = self.reduced_before.setdefault(scale, Made(kept))
         known = [one.reduced(scale) for one in self.known]
         paths = [path / scale for path in self.neighbours]
         return Source(small, self.background.reduced(scale), known, paths)

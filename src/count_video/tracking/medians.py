@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import TypeVar
 
@@ -19,18 +19,20 @@ ROWS = 64
 WHITE = 255
 
 
-def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:
+def median_picture(pictures: Sequence[Luma], hidden: Iterable[Luma] = ()) -> Luma:
     """Take the median of each pixel; of an even number the upper one of the middle two.
 
     Pixels that are marked by ``hidden``, picture by picture, do not count unless all are.
     """
     middle = np.empty(pictures[0].shape, np.uint8)
+    packed = [np.packbits(one != 0, axis=1) for one in hidden]  # large pictures take much memory
     for top in range(0, len(middle), ROWS):
         rows = slice(top, top + ROWS)
         levels = np.array([one[rows] for one in pictures])
         rank = np.full(levels.shape[1:], len(levels) // 2)
-        if hidden:
-            marks = np.array([one[rows] for one in hidden], dtype=np.bool_)
+        if packed:
+            bits = np.array([one[rows] for one in packed])
+            marks = np.unpackbits(bits, axis=2, count=len(middle[0])).astype(np.bool_)
             marks &= ~marks.all(axis=0)
             levels[marks] = WHITE  # the last of all
             rank = (len(levels) - marks.sum(axis=0)) // 2

@@ -99,8 +99,8 @@ def register_all(pictures: Lumas, template: Template, guesses_px: Floats) -> Fit
     found = np.full((len(guesses_px), 6), np.nan)
     known = np.flatnonzero(np.isfinite(guesses_px[:, 0]))
     for some in (known[k : k + AT_ONCE] for k in range(0, len(known), AT_ONCE)):
-        seen = [pictures[k] for k in some.tolist()]
-        found[some] = _together(seen, template, guesses_px[some])
+        # No name holds these pictures while the next ones are read.
+        found[some] = _together([pictures[k] for k in some.tolist()], template, guesses_px[some])
     return Fits(found[:, :2], found[:, 2:4], *found[:, 4:].T)
 
 
