@@ -120,7 +120,7 @@ def _steadiest(followed: Sequence[Followed], motion: Motion, clip: Clip) -> Floa
     over some pictures levels.
     """
     paths = [seen.xy_px + clip.shift_px for seen in followed]
-    tried = [0.0 * clip.shift_px, *(motion.smoothed_px(width) for width in WIDTHS)]
+    tried = [np.zeros_like(clip.shift_px), *(motion.smoothed_px(width) for width in WIDTHS)]
     return min(tried, key=lambda shift: unsteadiness([one - shift for one in paths], clip.frames))
 
 
@@ -231,8 +231,9 @@ class _Scene:
         rows, columns = self._shape
         corners = self._corners.turned_back(turns, complex(columns - 1, rows - 1) / 2)
         back = [turned_back(one, turn) for one, turn in zip(self._small, turns, strict=True)]
-        shifts = (one / self._scale for one in (self.shift_px, scene_path(corners, self._shape)))
-        return turns if agree_better(self._small, next(shifts), back, next(shifts)) else None
+        as_it_is, turned = self.shift_px, scene_path(corners, self._shape)
+        before, after = (self._small, as_it_is / self._scale), (back, turned / self._scale)
+        return turns if agree_better(*before, *after) else None
 
     def agrees_better_moved(self, shift_px: Floats) -> bool:
         """Whether the samples agree better with their median, moved back by a path of the camera.
