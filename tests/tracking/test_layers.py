@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -81,6 +82,20 @@ def before_the_scene(body_px: NDArray[np.float64], scene_px: NDArray[np.float64]
         picture[10:50, 20 + round(x) : 110 + round(x)] = striped
         pictures.append(picture)
     return pictures
+
+
+def test_pictures_that_are_moved_back_by_parts_of_a_pixel_are_not_less_sharp_for_that() -> None:
+    rng = np.random.default_rng(8)
+    soft = cv2.GaussianBlur(rng.normal(0, 20, (80, 200)), (0, 0), 3.0)
+    path = 2.7 * np.sin(np.arange(60) / 10)
+    pictures = []
+    for x in path:
+        there = np.array([[1.0, 0.0, x - 20.0], [0.0, 1.0, -10.0]])
+        seen = cv2.warpAffine(soft, there, SIZE[::-1], flags=cv2.INTER_CUBIC)
+        pictures.append(np.clip(100 + seen + rng.normal(0, 6, SIZE), 0, 255).astype(np.uint8))
+    along = np.stack([path, 0 * path], axis=1)
+    assert camera_moved(pictures, along)
+    assert not camera_moved([pictures[0]] * 60, along)
 
 
 def test_a_camera_moves_only_if_that_explains_the_scene_behind_the_body() -> None:

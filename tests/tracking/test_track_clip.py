@@ -9,6 +9,7 @@ from drawn import FRAMES, RADIUS_PX, Scene, background, displaced, scene, to_lum
 
 from count_video.errors import UsageError
 from count_video.records import Track
+from count_video.tracking import bodies
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.view import view_of
@@ -19,6 +20,8 @@ PLACED_PX = 0.05
 """RMS of positions about their mean offset, in a clean clip."""
 SHAKEN_PX = 0.15
 """Encoders displace what moves by quarters of a px, and now everything moves."""
+CORNERS_PX = 0.3
+"""A corner errs by so much, and all of them together where an encoder holds the background back."""
 SHAKE_PX = 3.0
 """The picture that positions refer to may lie so far from the middle of the tremble."""
 FAINT = 0.2
@@ -83,6 +86,17 @@ def test_positions_in_a_shaken_clip_are_those_of_a_still_camera(tmp_path: Path) 
     write_clip(tmp_path / "shaken.mp4", shaken, WriteOptions(crf=14))
 
     check_positions(track_of(tmp_path / "shaken.mp4"), scene(), SHAKEN_PX, OUTLINE_PX + SHAKE_PX)
+
+
+def test_where_no_scenery_shows_a_tremble_sharply_that_of_the_corners_is_taken_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bodies, "scenery", lambda *_: None)
+    shake_px = SHAKE_PX * np.sin(np.arange(float(FRAMES)) / 5.0)
+    shaken = map(displaced, scene().frames(), zip(shake_px, 0.0 * shake_px, strict=True))
+    write_clip(tmp_path / "shaken.mp4", shaken, WriteOptions(crf=14))
+
+    check_positions(track_of(tmp_path / "shaken.mp4"), scene(), CORNERS_PX, OUTLINE_PX + SHAKE_PX)
 
 
 def test_a_faint_plain_ball_is_followed(tmp_path: Path) -> None:

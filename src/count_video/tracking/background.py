@@ -78,23 +78,36 @@ def agree_better(
 ) -> bool:
     """Whether other pictures of the same samples agree better with their median than these do.
 
-    Both are moved back along paths of the camera, shape (n, 2). Those count that their path moves
-    furthest, by the mean of their differences, which are limited to what noise makes. Their mean
-    must be the sharper one, too: where a plain background shows a few edges, a body that moves may
-    change more pixels than these do. What a picture that is moved back does not show is the last
-    that it does.
+    Both are moved back along paths of the camera, shape (n, 2), and smoothed alike. Those count
+    that their path moves furthest, by the mean of their differences, which are limited to what
+    noise makes. The mean of these and some others must be the sharper one, too: where a plain
+    background shows a few edges, a body that moves may change more pixels than these do. What a
+    picture that is moved back does not show is the last that it does.
     """
     even = np.linspace(0, len(pictures) - 1, min(MOTION_OF, len(pictures))).astype(int)
     away = np.hypot(*(their_shift_px - np.median(their_shift_px, axis=0)).T)
     most = np.argsort(-away, kind="stable")[:MOTION_OF] if away.any() else even
     left_over, sharpness = [], []
-    for these, shifts in ((pictures, shift_px), (others, their_shift_px)):
+    both = (pictures, shift_px, their_shift_px), (others, their_shift_px, shift_px)
+    for these, shifts, other in both:
         middle, counted = (
-            [moved_back(these[k], shifts[k]) for k in some.tolist()] for some in (even, most)
+            [moved_back(_smoothed_as(these[k], other[k]), shifts[k]) for k in some.tolist()]
+            for some in (even, most)
         )
         typical = median_picture(middle)
         left_over.append([np.asarray(cv2.absdiff(one, typical), np.uint8) for one in counted])
-        sharpness.append(np.abs(np.gradient(np.mean(counted, axis=0))).sum())
+        sharpness.append(np.abs(np.gradient(np.mean([*middle, *counted], axis=0))).sum())
     limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * quantile_of(left_over[0], 0.5) + ROUNDING)
     stands, moves = (sum(np.minimum(one, limit).mean() for one in each) for each in left_over)
     return bool(moves < stands and sharpness[1] > sharpness[0])
+
+
+def _smoothed_as(picture: Luma, shift_px: Floats) -> Luma:
+    """Smooth a picture as much as it is by linear interpolation when it is moved so far."""
+    between = shift_px % 1.0
+    share = between * (1.0 - between)
+    if not share.any():
+        return picture
+    x, y = (np.array([one / 2, 1.0 - one, one / 2]) for one in share)
+    smooth = cv2.sepFilter2D(picture, -1, x, y, borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(smooth, np.uint8)

@@ -36,6 +36,8 @@ PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 UPRIGHT_DEG = 45.0
 TREMBLE_OF = 32
 """That the camera stands still shows in so many samples."""
+CORNERS_SIGMA_PX = 0.1
+"""Standard uncertainty of the camera's path by corners, of which each errs by 0.1 to 0.3 px."""
 WIDTHS = 1, 5, 15, 45
 """The camera's path is tried as it was measured, and as its mean over so many pictures."""
 SETTLED_PX = 2.0
@@ -84,13 +86,12 @@ def _movers_in(scene: _Scene, frames: Indices) -> Movers:
     few = chosen(lumas, rows)
     clip = Clip(lumas, frames, rows, scene.background(few), np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)
+    if motion is not None and not scene.agrees_better_moved(motion.everywhere_px[rows]):
+        motion = None
     if motion is not None:
         path = motion.everywhere_px
-        if scene.agrees_better_moved(path[rows]):
-            scene.shift_px = path[rows][:, scene.axes] / scene.scale
-            clip = replace(clip, background=scene.background(few), shift_px=path)
-        elif _disturbs(path[rows], clip.frames[rows], roughs):
-            motion = None
+        scene.shift_px = path[rows][:, scene.axes] / scene.scale
+        clip = replace(clip, background=scene.background(few), shift_px=path)
     followed = _followed(clip, scene, roughs)
     if motion is None:
         return Movers(followed, tilt, upright, None)
@@ -100,17 +101,6 @@ def _movers_in(scene: _Scene, frames: Indices) -> Movers:
         return Movers(followed, tilt, upright, None)
     followed = [_less_sure(seen, motion) for seen in followed]
     return Movers(followed, tilt, upright, shift[:, scene.axes])
-
-
-def _disturbs(path_px: Floats, frames: Indices, roughs: Sequence[Rough]) -> bool:
-    """Whether bodies move less steadily without what was measured of the camera: it is another's.
-
-    Encoders drag the texture of plain walls along with bodies, and a body that rests for most of
-    the clip is in the background.
-    """
-    paths = [one.path_px for one in roughs if one.sure] or [one.path_px for one in roughs]
-    freed = [path - path_px for path in paths]
-    return unsteadiness(freed, frames) > unsteadiness(paths, frames)
 
 
 def _steadiest(followed: Sequence[Followed], motion: Motion, clip: Clip) -> Floats:
@@ -125,7 +115,10 @@ def _steadiest(followed: Sequence[Followed], motion: Motion, clip: Clip) -> Floa
 
 
 def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion | None:
-    """Measure the camera's motion; where corners show none, only if a few samples do."""
+    """Measure the camera's motion; where corners show none, only if a few samples do.
+
+    Where they do, and no scenery shows it sharply, their path stands.
+    """
     # What only a region or few corners show may be scenery.
     swept = [_swept(rough) for rough in roughs if rough.sure]
     few, roughly = clip.sampled(), clip.background.shift_px
@@ -134,8 +127,11 @@ def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion
         some = np.arange(len(roughly))[:: 1 + len(roughly) // TREMBLE_OF]
         if camera_motion(parts, chosen(few.pictures, some), roughly[some]) is None:
             return None
-    between = [np.interp(clip.frames, few.frames, along) for along in roughly.T]
-    return camera_motion(parts, clip.pictures, np.stack(between, axis=1))
+    between = np.stack([np.interp(clip.frames, few.frames, along) for along in roughly.T], axis=1)
+    motion = camera_motion(parts, clip.pictures, between)
+    if motion is None and scene.shift_px.any():
+        return Motion(between, np.full_like(between, CORNERS_SIGMA_PX * scene.scale))
+    return motion
 
 
 def _followed(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> list[Followed]:

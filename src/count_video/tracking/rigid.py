@@ -116,14 +116,12 @@ def _surrounds(one: RigidGroup, other: RigidGroup) -> bool:
 def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
     """How far the camera has moved each sample, shape (samples, 2); 0 where nothing shows it.
 
-    Of the corners taken from the whole picture, those that keep their distances make rigid scenes.
-    The background is the calmest of them: bodies move further than a camera does, and where
-    anything stays in its place in the picture, so does the camera, also where corners of a plain
-    background jitter each by itself and make no rigid scene. Of scenes as calm it is the one
-    that spreads furthest. One that spreads no further than a body may be one: a plain background
-    has no corners. ``shape`` is that of a sample.
+    Corners that keep their distances make rigid scenes. That with most corners, spread furthest,
+    is taken for the background, if it spreads further than a body, and unless what stays in its
+    place in the picture is more: corners of a plain background jitter each by itself. ``shape`` is
+    that of a sample.
     """
-    whole = trajectories.anywhere & (trajectories.seen.mean(axis=1) > SCENE_SEEN)
+    whole = trajectories.seen.mean(axis=1) > SCENE_SEEN
     places, seen = trajectories.places_px[whole], trajectories.seen[whole]
     still = np.zeros(trajectories.places_px.shape[1:])
     joined = _joined(places, seen, still=True)
@@ -132,17 +130,13 @@ def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
     scenes = [one for one in scenes if len(one) >= CORNERS_AT_LEAST]
     if not scenes:
         return still
-    strays = _strays_px(places)
-    motion = np.array([strays[members].mean() for members in scenes])
-    spread = [_spread(places[members], shape) for members in scenes]
-    calm = motion < motion.min() + SHAKEN_PX
-    widest = int(np.argmax(np.where(calm, spread, -1.0)))
-    at_rest = places[strays < motion[widest] - SHAKEN_PX]
-    many = len(at_rest) >= len(scenes[widest])
-    stands = many and _spread(at_rest, shape) >= SCENE_SPREAD
+    spread = np.array([_spread(places[members], shape) for members in scenes])
+    widest = int(np.argmax(spread * [len(members) for members in scenes]))
+    members, strays = scenes[widest], _strays_px(places)
+    at_rest = places[strays < strays[members].mean() - SHAKEN_PX]
+    stands = len(at_rest) * _spread(at_rest, shape) > len(members) * spread[widest]
     if stands or spread[widest] < SCENE_SPREAD:
         return still
-    members = scenes[widest]
     path = _path(places[members], seen[members])
     if not np.isfinite(path).any():
         return still
@@ -158,6 +152,8 @@ def _means(places: Pixels) -> Floats:
 
 def _spread(places: Pixels, shape: tuple[int, ...]) -> float:
     """Over what share of a picture's width or height corners spread."""
+    if len(places) == 0:
+        return 0.0
     return float(np.max(np.ptp(_means(places), axis=0) / shape[::-1]))
 
 
