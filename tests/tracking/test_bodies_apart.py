@@ -123,6 +123,24 @@ def test_what_looks_alike_in_few_of_its_pictures_is_no_body(alike: int, *, learn
     assert (learn(Source(seen, background), rough, []) is not None) == learnt
 
 
+@pytest.mark.parametrize("is_round", [False, True])
+def test_a_box_as_high_as_wide_is_no_ball(*, is_round: bool) -> None:
+    side = 50
+    y, x = np.indices((side, side)) - (side - 1) / 2
+    own = np.hypot(x, y) <= side / 2 if is_round else np.ones((side, side), np.bool_)
+    shading = np.linspace(200, 230, side).astype(np.uint8)[:, None] * np.ones((1, side), np.uint8)
+    path = path_of(lambda frame: 40.0 + 3.0 * frame, top=20)
+    seen = [texture(1, SIZE, 90, 130, BLOCK_PX) for _ in FRAMES]
+    for picture, (left, top) in zip(seen, path.astype(int).tolist(), strict=True):
+        picture[top : top + side, left : left + side][own] = shading[own]
+    background = background_of(seen, STILL, LIGHTS)
+
+    found = learn(Source(seen, background), rough_of(path, (0.0, 0.0, 50.0, 50.0)), [])
+
+    assert found is not None
+    assert found.round_ == is_round
+
+
 def test_a_body_that_leaves_the_picture_is_learnt_from_those_that_hold_it() -> None:
     path = path_of(lambda frame: 150.0 + 8.0 * frame)  # half of the pictures show none of it
     seen = [texture(1, SIZE, 90, 130, BLOCK_PX) for _ in FRAMES]
@@ -268,6 +286,14 @@ def test_two_that_exchange_momentum_are_a_pair_whatever_their_outlines() -> None
 
     assert has_pair([ball, bounces])
     assert not has_pair([ball, pushes]), "both velocities jump in one direction"
+
+
+def test_one_contact_shows_no_ratio_in_which_momentum_goes_over() -> None:
+    frame = np.arange(60.0)
+    ball = followed(np.minimum(20.0 + 1.5 * frame, 65.0 - 0.5 * (frame - 30.0)))
+    other = followed(65.0 + SIDE + np.maximum(0.0, frame - 30.0))
+
+    assert not has_pair([ball, other])
 
 
 def test_a_mirror_image_stands_for_a_body_that_is_not_followed_and_for_no_other() -> None:

@@ -31,7 +31,7 @@ POINTS_AT_LEAST = 16
 POINTS_AT_MOST = 400
 """More points are thinned out: the vote does not need them."""
 RADIUS_SHARE = (0.2, 0.7)
-"""Radius as a share of the height of the area that is searched."""
+"""Radius as a share of the height of a body in which a circle is sought."""
 CLEAR_QUANTILE, NOISE_CLEAR = 0.9, 0.1
 """Points count by their clarity up to this quantile of it, of which noise is about this share."""
 REFINED, ROUGHLY = 12, 2.0
@@ -84,10 +84,12 @@ def steepest(slope: Pixels) -> tuple[Floats, tuple[Indices, Indices]]:
     return np.stack([x + between, y], axis=1), (y, x)
 
 
-def circle_through(edges: Edges, height_px: int) -> Circle | None:
+def circle_through(
+    edges: Edges, height_px: int, radius_share: tuple[float, float] = RADIUS_SHARE
+) -> Circle | None:
     """Find the circle that most of its sectors show clearly; None if there is none.
 
-    ``height_px`` is that of the area in which the edges lie.
+    ``height_px`` is that of the area in which the edges lie, of which the radius is some share.
     """
     if len(edges.clarity) < POINTS_AT_LEAST:
         return None
@@ -99,7 +101,7 @@ def circle_through(edges: Edges, height_px: int) -> Circle | None:
         some = rng.choice(some, POINTS_AT_MOST, replace=False)
     some = some[np.argsort(clear[some], kind="stable")]
     voters, votes = points[some], clear[some]
-    low, high = (share * height_px for share in RADIUS_SHARE)
+    low, high = (share * height_px for share in radius_share)
     triples = points[rng.choice(len(points), (TRIPLES, 3), p=clear / clear.sum())]
     circles = _sized(_through_three(triples), low, high)[:PROPOSALS]
     best = np.argsort(-_shown(voters, votes, circles, ROUGHLY), kind="stable")[:REFINED]

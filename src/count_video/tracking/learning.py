@@ -199,14 +199,20 @@ def _body(outline: Outline, path_px: Floats, stage: Stage) -> Body:
 
 
 def _as_high_as_wide(outline: Outline) -> bool:
-    """Whether the rows at least half as wide as the outline are as many as a circle has.
+    """Whether the rows at least half as wide as the outline are chords of a circle.
 
-    A circle's chords are longer than its radius over 0.87 of its diameter; the edge's blur, which
-    the template holds as well, adds some px. Threads are narrow and add none.
+    They are longer than its radius over 0.87 of its diameter; the edge's blur, which the template
+    holds as well, adds some px. Threads are narrow and add none. Those of a box are all alike.
     """
     width, _ = size_of(outline.box)
-    high = float(np.count_nonzero(widths_of(outline.template.weight > 0) >= 0.5 * width))
-    return ROUND_HEIGHT[0] * width < high < ROUND_HEIGHT[1] * width
+    rows = widths_of(outline.template.weight > 0).astype(np.float64)
+    rows = rows[rows >= 0.5 * width]
+    if not ROUND_HEIGHT[0] * width < len(rows) < ROUND_HEIGHT[1] * width:
+        return False
+    diameter = max(rows.max(), len(rows))
+    down = np.arange(len(rows)) - (len(rows) - 1) / 2
+    chords = np.sqrt(diameter**2 - (2 * down) ** 2)
+    return bool(((rows - chords) ** 2).sum() < ((rows - np.median(rows)) ** 2).sum())
 
 
 def _registered(pictures: Lumas, stage: Stage, outline: Outline) -> Stage:

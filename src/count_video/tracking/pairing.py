@@ -170,14 +170,18 @@ def _opposite(one: Followed, other: Followed) -> float:
     """How much velocities jump in opposite directions, in one ratio: from 0 to 1.
 
     It is minus the correlation (about 0) of the two bodies' jumps at their contacts, by which
-    momentum goes from one to the other.
+    momentum goes from one to the other, adjusted for the ratio that one of them gives (Ezekiel
+    1930).
     """
     _, contacts = _gap(one, other)
     jumps = np.array([_jumps(seen.x_px, contacts) for seen in (one, other)])
     known = np.isfinite(jumps).all(axis=0)
     left, right = jumps[:, known]
-    size = float(np.sqrt((left @ left) * (right @ right)))
-    return max(-float(left @ right) / size, 0.0) if size > 0 else 0.0
+    count, size = np.count_nonzero(known), float((left @ left) * (right @ right))
+    product = min(float(left @ right), 0.0)
+    if count < 2 or size == 0:
+        return 0.0
+    return float(np.sqrt(max(0.0, 1 - (1 - product**2 / size) * count / (count - 1))))
 
 
 def _track(

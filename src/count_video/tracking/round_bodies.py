@@ -31,6 +31,8 @@ SAME_SHARE = 0.75
 """So many of them, as a share, show the outline of a ball, ..."""
 SAME_RADIUS, SAME_PX = 0.03, 0.7
 """... and its radius varies by no more than this share of it, or so many px."""
+RADIUS_SOUGHT = (0.15, 0.7)
+"""Radius of a ball as a share of the height in which it is sought, with its threads and shadow."""
 AROUND_PX = 8
 """Circles are sought in the box of a body and so far around it."""
 BESIDE_SHARE = 0.35
@@ -115,7 +117,7 @@ def _sighting(source: Source, sample: int, place: Floats, box: Box) -> list[tupl
     differs = (away > difference_at_least(away)).astype(np.uint8)
     differs = np.asarray(cv2.morphologyEx(differs, cv2.MORPH_OPEN, _square(THREAD_PX)), np.uint8)
     edges = _edges(piece, cv2.dilate(differs, _square(EDGE_PX)) > 0)
-    circle = circle_through(edges, height)
+    circle = circle_through(edges, height, RADIUS_SOUGHT)
     if circle is None:
         return []
     circle = placed(circle, edges)
