@@ -27,6 +27,7 @@ def values(count: int, seed: int = 3) -> Floats:
     base[Column.WALL], base[Column.CONTACT], base[Column.EXPOSURE] = 140.0, 0.1, 0.4
     base[Column.LIGHTNESS], base[Column.PARALLAX] = -np.log(80.0), 0.01
     base[Column.BODIES], base[Column.BOUNCE], base[Column.DAMPING] = 0.97, 0.96, -4.5
+    base[Column.SPEED] = 0.02
     return np.concatenate([base, rng.normal(0.0, 0.003, count)])
 
 
@@ -47,6 +48,19 @@ def test_a_motion_that_ends_has_no_further_events() -> None:
     paths = follow(values(200)[None], 200, START)
     assert np.isfinite(paths.time[0, :20]).all()
     assert np.isinf(paths.time[0, -1])
+
+
+def test_slow_collisions_lose_a_smaller_share_of_their_speed() -> None:
+    at = values(0)
+    paths = follow(at[None], 12, START)
+    arriving, leaving = paths.before[:, 0, 1:], paths.states[:, 0, 1:]
+    closing, opening = (
+        np.where(np.arange(12) % 2 == 1, state[3], state[1] - state[3])
+        for state in (arriving, leaving)
+    )
+    usual = at[[Column.BODIES, Column.BOUNCE] * 6]
+    expected = usual + at[Column.SPEED] * (0.5 - closing / at[Column.HEAVY_RATE])
+    assert np.allclose(-opening / closing, expected, atol=ROUNDING_PX)
 
 
 @pytest.mark.parametrize(("count", "most"), [(26, 60), (69, 60)])

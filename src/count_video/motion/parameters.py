@@ -71,6 +71,9 @@ class Column(IntEnum):
     """Time that passes at the place where frames may be left out, beyond that between frames."""
     DAMPING = 14
     """Logarithm of the ball's damping ratio in air: its swing's decay, per frame, over its rate."""
+    SPEED = 15
+    """How much less the restitution is at the speed of the first collision than at none; half of it
+    is the mean that the contacts have."""
 
 
 FIRST_DEVIATION = len(Column)
@@ -135,8 +138,8 @@ class Knowledge:
 def prior_of(rough: Floats, known: Knowledge, *, shows_heavy: bool) -> Prior:
     """State what is known before a coarse fit about the parameters without deviations.
 
-    How strongly the air damps the ball is left to a fine one. Of a heavy body that is not seen
-    there are no outlines.
+    How strongly the air damps the ball, and how the restitution depends on the speed, is left to a
+    fine one. Of a heavy body that is not seen there are no outlines.
     """
     way, (rate, sigma) = rough[Column.BALL_REST] - rough[Column.WALL], known.rate
     normal = {
@@ -147,6 +150,7 @@ def prior_of(rough: Floats, known: Knowledge, *, shows_heavy: bool) -> Prior:
         Column.EXPOSURE: EXPOSURE,
         Column.PARALLAX: (0.0, PARALLAX_SIGMA),
         Column.SKIP: (0.0, 0.0),
+        Column.SPEED: (0.0, 0.0),
         Column.BODIES: RESTITUTION,
         Column.BOUNCE: RESTITUTION,
     }

@@ -152,6 +152,7 @@ def _events(
     """
     state, count, fitted = begin
     lightness, wall = on.exp(columns[Column.LIGHTNESS]), columns[Column.WALL]
+    slowly, by_speed = columns[Column.SPEED] / 2, _by_speed(columns, on)
     deviation = (FIRST_DEVIATION + deviation_places(fitted)).tolist()
     deviation += [len(columns)] * (count - fitted)
     for event in range(count):
@@ -164,10 +165,10 @@ def _events(
         if not on.any(on.isfinite(flight)):
             return
         arrived = _advance(laws, state, flight, on)
-        restitution = columns[Column.BOUNCE if to_wall else Column.BODIES]
+        restitution = slowly + columns[Column.BOUNCE if to_wall else Column.BODIES]
         if deviation[event] < len(columns):
             restitution = restitution + columns[deviation[event]]
-        state = _struck(arrived, restitution, lightness, to_wall=to_wall)
+        state = _struck(arrived, (restitution, by_speed), lightness, to_wall=to_wall)
         yield flight, arrived, state
 
 
@@ -238,15 +239,22 @@ def _reaches(rate: Number, rest: Number, gap: Number, opening: Number, on: Any) 
     return on.where(left_now, angle + 2 * np.pi, on.maximum(angle, 0.0 * angle)) / rate
 
 
+def _by_speed(columns: Sequence[Number], on: Any) -> Number:
+    """Change of the restitution by the rate at which a gap closes, which is negative."""
+    return on.divide(columns[Column.SPEED], -columns[Column.HEAVY_RATE])
+
+
 def _struck(
-    state: Sequence[Number], restitution: Number, lightness: Number, *, to_wall: bool
+    state: Sequence[Number], kept: Sequence[Number], lightness: Number, *, to_wall: bool
 ) -> State:
-    """State after an event."""
+    """State after an event; ``kept`` is the restitution at no speed, and its change by speed."""
     heavy, heavy_velocity, ball, ball_velocity = state
+    closing = ball_velocity if to_wall else heavy_velocity - ball_velocity
+    restitution = kept[0] + kept[1] * closing
     if to_wall:
         return heavy, heavy_velocity, ball, -restitution * ball_velocity
     # The impulse on the ball is (1 + e) times the relative velocity over 1 + m/M.
-    step = (1 + restitution) * (heavy_velocity - ball_velocity) / (1 + lightness)
+    step = (1 + restitution) * closing / (1 + lightness)
     return heavy, heavy_velocity - lightness * step, ball, ball_velocity + step
 
 
@@ -262,10 +270,10 @@ class Tangents:
 
     inputs: Floats
     """Of what each event depends on: the state at the start of the flight, the laws, the wall, the
-    lightness and the restitution; shape (pieces, 12, columns)."""
+    lightness and what is kept of the speed; shape (pieces, 13, columns)."""
     by_inputs: Floats
     """Of the state after each event, of that before it and of its time, by what it depends on;
-    shape (events, 9, 12)."""
+    shape (events, 9, 13)."""
 
     @property
     def laws(self) -> Floats:
@@ -303,11 +311,13 @@ def tangents_of(paths: Paths, values: Floats) -> Tangents:
     """Differentiate the first motion of ``paths``, whose parameters are ``values``."""
     columns = list(stepped(values))
     laws = laws_of(columns, np)
-    inputs = np.zeros((paths.time.shape[1], 12, len(values)))
+    inputs = np.zeros((paths.time.shape[1], 13, len(values)))
     inputs[0, :4] = slopes(_start(columns, laws, paths.time[0, 0], np))
     inputs[:, 4:9] = slopes(laws)
     inputs[:, 9, Column.WALL] = 1.0
     inputs[:, 10] = slopes([np.exp(columns[Column.LIGHTNESS])])
+    inputs[:, 11, Column.SPEED] = 0.5
+    inputs[:, 12] = slopes([_by_speed(columns, np)])
     event = np.arange(len(inputs) - 1)
     places = [np.where(event % 2 == 1, Column.BOUNCE, Column.BODIES)]
     if len(values) > FIRST_DEVIATION:
@@ -315,9 +325,8 @@ def tangents_of(paths: Paths, values: Floats) -> Tangents:
     for place in places:
         inputs[event, 11, place] = 1.0
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        by_inputs = _event_slopes(
-            paths, values, np.sum([values[place] for place in places], axis=0)
-        )
+        restitution = values[Column.SPEED] / 2 + np.sum([values[place] for place in places], axis=0)
+        by_inputs = _event_slopes(paths, values, restitution)
         for number, by in enumerate(by_inputs[:, :4]):
             np.dot(by, inputs[number], out=inputs[number + 1, :4])
     return Tangents(inputs, by_inputs)
@@ -327,8 +336,10 @@ def _event_slopes(paths: Paths, values: Floats, restitution: Floats) -> Floats:
     """Differentiate events of one motion by what they depend on, as in ``Tangents``."""
     flights = np.diff(paths.time[0])
     known = (*paths.laws[:, 0], values[Column.WALL], np.exp(values[Column.LIGHTNESS]))
-    at = np.vstack([paths.states[:, 0, :-1], np.tile(known, (len(flights), 1)).T, restitution])
-    found = np.empty((len(flights), 9, 12))
+    known_of_all = np.tile(known, (len(flights), 1)).T
+    by_speed = np.full(len(flights), _by_speed(values.tolist(), Numbers))
+    at = np.vstack([paths.states[:, 0, :-1], known_of_all, restitution, by_speed])
+    found = np.empty((len(flights), 9, 13))
     for to_wall in (False, True):
         own = slice(int(to_wall), None, 2)
         inputs = list(stepped(at[:, own]))
@@ -336,7 +347,7 @@ def _event_slopes(paths: Paths, values: Floats, restitution: Floats) -> Floats:
         arrived = _advance(laws, inputs[:4], flights[own], np)
         gap, closing = _gap(arrived, inputs[9], to_wall=to_wall)
         later = -1j * gap.imag / closing.real
-        left = _struck(_moved(laws, arrived, later), inputs[11], inputs[10], to_wall=to_wall)
+        left = _struck(_moved(laws, arrived, later), inputs[11:], inputs[10], to_wall=to_wall)
         results = (*_moved(laws, left, -later), *arrived, later)
         found[own] = slopes(results).transpose(2, 0, 1)
     return found

@@ -57,6 +57,10 @@ SWING_RATIO_SHARE: Final = 0.025
 known truth such ratios stray by so much more, as a root mean square."""
 RESTITUTION: Final = (0.95, 0.1)
 """Mean and standard deviation of hard bodies' restitution."""
+SPEED: Final = (0.0, 0.03)
+"""Mean and standard deviation of how much less the restitution is at the speed of the first
+collision than at none: of elastic bodies 1 - e grows as the fifth root of the speed (Ramirez et al.
+1999), by which a restitution of 0.95 is higher by 0.02 at a tenth of it."""
 SCATTERS: Final = (0.0002, 0.001, 0.005, 0.02)
 """Standard deviations of the restitution from collision to collision that are tried."""
 
@@ -96,6 +100,12 @@ MODEL_WRONG: Final = 0.004
 997 counts of random trials with claims above 0.95 three were wrong (446 rendered clips, 551 tracks;
 docs/accuracy.md), which by Jeffreys' prior is (3 + 1/2) / (997 + 1). Real clips with a known truth
 are too few to measure it by."""
+LEFT_OVER: Final = (1.5, 2.5)
+"""What a fit usually leaves over of the places, as a multiple of their noise (the median of 878
+rendered clips), and the power of it with which the share of wrong counts grows where collisions are
+inferred: of 56 fits that leave over more than five times the noise nine are wrong, and of some 200
+with 2.5 to five times four (rendered clips, all of them right, and tracks of bodies that do what no
+model knows: a cylinder that yaws, a wall that recoils)."""
 UNEXPLAINED_WRONG: Final = 0.15
 """Probability that a count is wrong where something about it is not explained: no fitted model
 describes the motion, or collisions are inferred though outlines do not meet where the bodies touch.

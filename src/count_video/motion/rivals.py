@@ -25,7 +25,7 @@ from count_video.motion.parameters import (
     Prior,
     within_limits,
 )
-from count_video.motion.priors import CLEAR_FRAMES, DAMPING, SCATTERS
+from count_video.motion.priors import CLEAR_FRAMES, DAMPING, SCATTERS, SPEED
 from count_video.motion.solving import (
     Fit,
     Question,
@@ -248,6 +248,7 @@ def with_residual_noise(observed: Observations, fit: Fit) -> Fit:
     """
     noise_px = observed.noise_px()
     known = fit.question.known.with_value(Column.DAMPING, *DAMPING)
+    known = known.with_value(Column.SPEED, *SPEED)
     question = Question(observed, noise_px, known, fit.count, SCATTERS[-1])
     fit = solve(question, fit.values, enough=NEARLY)
     left = fit.left_px.reshape(2, -1) / noise_px[:, None]
