@@ -275,11 +275,13 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Reason:
     chances = with_more(chances, {-1: fewer, 0: 1.0 - fewer})
     if fewer > LIKELY and count > 1:
         count -= 1
+    collisions = collisions_of(same, found, count)
+    inferred = not all(one.seen for one in collisions)
     mass_ratio, bodies, wall, *setup = setup_estimates(fits)
     return Between(
         count=count,
-        probability=doubted(chances),
-        collisions=collisions_of(same, found, count),
+        probability=doubted(chances, best.question.left_over if inferred else 0.0),
+        collisions=collisions,
         mass_ratio=mass_ratio,
         restitution_bodies=bodies,
         restitution_wall=wall,

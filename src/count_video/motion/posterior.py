@@ -19,7 +19,7 @@ from count_video.motion.burst import TURN_AT_LEAST_PX
 from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.parameters import Column, within_limits
 from count_video.motion.pendulums import Paths, follow, slopes, stepped
-from count_video.motion.priors import MODEL_WRONG
+from count_video.motion.priors import LEFT_OVER, MODEL_WRONG, UNEXPLAINED_WRONG
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Fit
 from count_video.motion.starting import MOST_COLLISIONS
@@ -64,9 +64,15 @@ def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[i
     return dict(sorted(total.items()))
 
 
-def doubted(chances: Mapping[int, float]) -> dict[int, float]:
-    """Leave some probability to what the model does not know: one collision more or fewer."""
-    near = {-1: MODEL_WRONG / 2, 0: 1 - MODEL_WRONG, 1: MODEL_WRONG / 2}
+def doubted(chances: Mapping[int, float], left_over: float = 0.0) -> dict[int, float]:
+    """Leave some probability to what the model does not know: one collision more or fewer.
+
+    It is the more, the more of the places the model leaves over, as a multiple of their noise.
+    """
+    usual, power = LEFT_OVER
+    wrong = MODEL_WRONG * max(1.0, left_over / usual) ** power
+    wrong = min(wrong, UNEXPLAINED_WRONG)
+    near = {-1: wrong / 2, 0: 1 - wrong, 1: wrong / 2}
     return {number: chance for number, chance in with_more(chances, near).items() if chance >= 1e-6}
 
 

@@ -55,6 +55,11 @@ class Question:
     """Factors in the noise for errors that last, by which fewer places are independent, shape (2,).
     """
 
+    @property
+    def left_over(self) -> float:
+        """Noise of the body that strays most, as a multiple of that of its places."""
+        return float((self.noise_px / self.observed.noise_px()).max())
+
     @cached_property
     def prior(self) -> Prior:
         """Of all parameters."""
