@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,13 +13,15 @@ from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film, resolving
 
 from count_video.answers import answer
 from count_video.explanations import Explanation
+from count_video.motion import fitted as fitted_bursts
 from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.parameters import Knowledge
+from count_video.motion.starting import rough_values
 from count_video.motion.struck import struck_ball
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.reasons import Cause
-from count_video.records import FootageInfo, FootageReport, Track, WallSide
+from count_video.records import Floats, FootageInfo, FootageReport, Track, WallSide
 from count_video.scenes import of_one
 from count_video.settings import TrialSettings
 from tiers import rest_slow
@@ -86,6 +89,23 @@ def test_collisions_that_no_frame_shows_are_counted(ratio: float) -> None:
 
     assert fit.count == len(trial(ratio).frames)
     assert fit.shown < fit.count
+
+
+@pytest.mark.parametrize("seed", rest_slow(range(4)))
+def test_the_count_does_not_hang_on_rounding(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = struck_ball(alone(trial(30.0, interval=UNRESOLVED_FRAMES)))
+    rng = np.random.default_rng(seed)
+
+    def nearly(*asked: Any) -> Floats:
+        values = rough_values(*asked)
+        return values * (1 + 1e-9 * rng.normal(size=values.shape))
+
+    monkeypatch.setattr(fitted_bursts, "rough_values", nearly)
+    assert shown is not None
+    fit = fit_burst(*shown)
+
+    assert isinstance(fit, Between)
+    assert fit.count == len(trial(30.0).frames)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

@@ -25,7 +25,10 @@ BESIDE_FRAMES = 8
 
 
 def with_frames_left_out(even: Rivals) -> Rivals:
-    """Let frames be left out where that explains the track better, and fit the counts anew."""
+    """Let frames be left out where that explains the track better, and fit the counts anew.
+
+    If the best fit with some left out is one with none, the search without ended elsewhere.
+    """
     fit = _with_scatter(even)
     suspect = _most_suspected(even, fit)
     if suspect is None:
@@ -36,8 +39,11 @@ def with_frames_left_out(even: Rivals) -> Rivals:
     some = min(some, beside, key=lambda one: one.best.loss)
     other = _with_scatter(some)
     skip = float(other.values[Column.SKIP])
-    better = 0 < skip <= len(even.observed.frame) and other.loss + _price(even.observed) < fit.loss
-    return some if better else even
+    better = 0 <= skip <= len(even.observed.frame) and other.loss + _price(even.observed) < fit.loss
+    if better and skip == 0:
+        even.add(other.count, other.values)
+        even.climb()
+    return some if better and skip else even
 
 
 def _most_suspected(rivals: Rivals, fit: Fit) -> tuple[Fit, float, float] | None:
