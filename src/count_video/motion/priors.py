@@ -100,12 +100,12 @@ MODEL_WRONG: Final = 0.004
 997 counts of random trials with claims above 0.95 three were wrong (446 rendered clips, 551 tracks;
 docs/accuracy.md), which by Jeffreys' prior is (3 + 1/2) / (997 + 1). Real clips with a known truth
 are too few to measure it by."""
-LEFT_OVER: Final = (1.5, 2.5)
+LEFT_OVER: Final = (1.5, 1.7)
 """What a fit usually leaves over of the places, as a multiple of their noise (the median of 878
 rendered clips), and the power of it with which the share of wrong counts grows where collisions are
-inferred: of 56 fits that leave over more than five times the noise nine are wrong, and of some 200
-with 2.5 to five times four (rendered clips, all of them right, and tracks of bodies that do what no
-model knows: a cylinder that yaws, a wall that recoils)."""
+inferred. Of 40 drawn clips that leave over more than five times the noise none is wrong, of 30
+tracks of bodies that do what no model knows (a cylinder that yaws, a wall that recoils) nine; from
+2.5 to five times it is none of 18 and four of 37. One clip in seven is taken for such a one."""
 UNEXPLAINED_WRONG: Final = 0.15
 """Probability that a count is wrong where something about it is not explained: no fitted model
 describes the motion, or collisions are inferred though outlines do not meet where the bodies touch.
