@@ -168,7 +168,7 @@ def _events(
         restitution = slowly + columns[Column.BOUNCE if to_wall else Column.BODIES]
         if deviation[event] < len(columns):
             restitution = restitution + columns[deviation[event]]
-        state = _struck(arrived, (restitution, by_speed), lightness, to_wall=to_wall)
+        state = _struck(arrived, lightness, restitution, by_speed, to_wall=to_wall)
         yield flight, arrived, state
 
 
@@ -245,12 +245,17 @@ def _by_speed(columns: Sequence[Number], on: Any) -> Number:
 
 
 def _struck(
-    state: Sequence[Number], kept: Sequence[Number], lightness: Number, *, to_wall: bool
+    state: Sequence[Number],
+    lightness: Number,
+    restitution: Number,
+    by_speed: Number,
+    *,
+    to_wall: bool,
 ) -> State:
-    """State after an event; ``kept`` is the restitution at no speed, and its change by speed."""
+    """State after an event; the restitution is that at no speed, and changes by the speed."""
     heavy, heavy_velocity, ball, ball_velocity = state
     closing = ball_velocity if to_wall else heavy_velocity - ball_velocity
-    restitution = kept[0] + kept[1] * closing
+    restitution = restitution + by_speed * closing
     if to_wall:
         return heavy, heavy_velocity, ball, -restitution * ball_velocity
     # The impulse on the ball is (1 + e) times the relative velocity over 1 + m/M.
@@ -270,7 +275,7 @@ class Tangents:
 
     inputs: Floats
     """Of what each event depends on: the state at the start of the flight, the laws, the wall, the
-    lightness and what is kept of the speed; shape (pieces, 13, columns)."""
+    lightness, the restitution and its change by speed; shape (pieces, 13, columns)."""
     by_inputs: Floats
     """Of the state after each event, of that before it and of its time, by what it depends on;
     shape (events, 9, 13)."""
@@ -347,7 +352,7 @@ def _event_slopes(paths: Paths, values: Floats, restitution: Floats) -> Floats:
         arrived = _advance(laws, inputs[:4], flights[own], np)
         gap, closing = _gap(arrived, inputs[9], to_wall=to_wall)
         later = -1j * gap.imag / closing.real
-        left = _struck(_moved(laws, arrived, later), inputs[11:], inputs[10], to_wall=to_wall)
+        left = _struck(_moved(laws, arrived, later), *inputs[10:], to_wall=to_wall)
         results = (*_moved(laws, left, -later), *arrived, later)
         found[own] = slopes(results).transpose(2, 0, 1)
     return found

@@ -40,10 +40,12 @@ def with_frames_left_out(even: Rivals) -> Rivals:
     other = _with_scatter(some)
     skip = float(other.values[Column.SKIP])
     better = 0 <= skip <= len(even.observed.frame) and other.loss + _price(even.observed) < fit.loss
-    if better and skip == 0:
+    if better and skip:
+        return some
+    if better:
         even.add(other.count, other.values)
         even.climb()
-    return some if better and skip else even
+    return even
 
 
 def _most_suspected(rivals: Rivals, fit: Fit) -> tuple[Fit, float, float] | None:

@@ -37,7 +37,8 @@ UPRIGHT_DEG = 45.0
 TREMBLE_OF = 32
 """That the camera stands still shows in so many samples."""
 CORNERS_SIGMA_PX = 0.1
-"""Standard uncertainty of the camera's path by corners, of which each errs by 0.1 to 0.3 px."""
+"""Standard uncertainty of the camera's path by corners, of which each errs by 0.1 to 0.3 px, in px
+of the samples."""
 WIDTHS = 1, 5, 15, 45
 """The camera's path is tried as it was measured, and as its mean over so many pictures."""
 SETTLED_PX = 2.0
@@ -86,8 +87,6 @@ def _movers_in(scene: _Scene, frames: Indices) -> Movers:
     few = chosen(lumas, rows)
     clip = Clip(lumas, frames, rows, scene.background(few), np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)
-    if motion is not None and not scene.agrees_better_moved(motion.everywhere_px[rows]):
-        motion = None
     if motion is not None:
         path = motion.everywhere_px
         scene.shift_px = path[rows][:, scene.axes] / scene.scale
@@ -115,9 +114,10 @@ def _steadiest(followed: Sequence[Followed], motion: Motion, clip: Clip) -> Floa
 
 
 def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion | None:
-    """Measure the camera's motion; where corners show none, only if a few samples do.
+    """Measure the camera's motion; None unless the samples agree better without it.
 
-    Where they do, and no scenery shows it sharply, their path stands.
+    Where corners show none it is measured only if a few samples do. Where they do, and no scenery
+    shows it sharply, their path stands, which was compared when the scene was made.
     """
     # What only a region or few corners show may be scenery.
     swept = [_swept(rough) for rough in roughs if rough.sure]
@@ -131,7 +131,8 @@ def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion
     motion = camera_motion(parts, clip.pictures, between)
     if motion is None and scene.shift_px.any():
         return Motion(between, np.full_like(between, CORNERS_SIGMA_PX * scene.scale))
-    return motion
+    agree = motion is not None and scene.agrees_better_moved(motion.everywhere_px[clip.samples])
+    return motion if agree else None
 
 
 def _followed(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> list[Followed]:
