@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from count_video.errors import FootageError
+from count_video.video.pictures import scale_to
 from count_video.video.store import PictureStore
 
 PICTURE = np.arange(12 * 20, dtype=np.uint8).reshape(12, 20)
@@ -87,6 +88,42 @@ def test_only_what_changes_goes_to_the_file() -> None:
             store.append(picture)
         assert all(np.array_equal(found, true) for found, true in zip(store, pictures, strict=True))
         assert 0 < store.bytes_written < 0.1 * len(pictures) * scene.size
+
+
+def test_two_bodies_take_no_more_than_what_lies_around_each() -> None:
+    """What lies between them is not written, nor is all that moves if it is all the picture."""
+    rng = np.random.default_rng(5)
+    scene = rng.integers(80, 120, (200, 400)).astype(np.uint8)
+    pictures = []
+    for k in range(30):
+        picture = scene.copy()
+        picture[20:40, 20 + k : 40 + k] = 250
+        picture[150:180, 360 - k : 390 - k] = 20
+        pictures.append(picture)
+    reach_px = 5 * scale_to(scene.shape[1])
+    around = (20 + 2 * reach_px) * (20 + 10 + 2 * reach_px) + (30 + 2 * reach_px) * (
+        30 + 10 + 2 * reach_px
+    )
+    with PictureStore(memory_bytes=0, chunk_bytes=10 * scene.size) as store:
+        for picture in pictures:
+            store.append(picture)
+        assert all(np.array_equal(found, true) for found, true in zip(store, pictures, strict=True))
+        assert 0 < store.bytes_written < len(pictures) * around
+
+
+def test_what_is_not_written_has_less_noise_than_a_picture() -> None:
+    """A scene that shows one picture's noise again and again would seem to move with no body."""
+    rng = np.random.default_rng(6)
+    noise = 6.0
+    pictures = [
+        rng.normal(120.0, noise, (120, 160)).round().clip(0, 255).astype(np.uint8)
+        for _ in range(24)
+    ]
+    with PictureStore(memory_bytes=16 * pictures[0].size, chunk_bytes=8 * 160 * 120) as store:
+        for picture in pictures:
+            store.append(picture)
+        assert store.bytes_written < 0.05 * 8 * pictures[0].size  # where noise alone is so large
+        assert np.std(store[-1]) < 0.5 * noise
 
 
 def test_a_scene_at_rest_takes_no_space() -> None:

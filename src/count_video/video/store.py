@@ -1,8 +1,8 @@
 """The pictures of a clip, kept as bytes for the stages after decoding: bounded in memory.
 
 Pictures beyond the limit go to a temporary file that has no name and is gone with the process,
-whatever happens. Of those only the box in which anything differs from the first picture is written,
-chunk by chunk; the first picture, in the light of each, shows the rest of the scene.
+whatever happens. Of those only what differs from the mean of those in memory is written, chunk by
+chunk, in boxes; that mean, in the light of each, shows the rest of the scene.
 """
 
 from __future__ import annotations
@@ -24,12 +24,18 @@ from count_video.video.pictures import reduced, scale_to
 MEMORY_BYTES = 48_000_000
 """Pictures up to so many bytes stay in memory as they are."""
 CHUNK_BYTES = 12_000_000
-"""Pictures that are written together, in one box."""
+"""Pictures that are written together, in the same boxes."""
+MEAN_OF = 8
+"""The mean is that of so many pictures: it has hardly any noise, as the median of many has."""
 LIGHTS = 8
-"""The first picture is kept in so many lights, those of the pictures that were read last."""
+"""The mean is kept in so many lights, those of the pictures that were read last."""
 LIGHT_STEPS = 256
-"""Steps of the light, as parts of that of the first picture: one of them changes no pixel by more
-than a grey level, and pictures in the same light share what is not stored."""
+"""Steps of the light, as parts of that of the mean: one of them changes no pixel by more than a
+grey level, and pictures in the same light share what is not stored."""
+
+
+Box = tuple[slice, slice]
+"""Rows and columns of a picture."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +46,10 @@ class _Chunk:
     """Place of the first picture in the clip."""
     offset: int
     """Where it begins in the file, in bytes."""
-    box: tuple[slice, slice]
-    """Rows and columns that are stored."""
+    boxes: list[Box]
+    """What of each picture is stored, one box after the other."""
     light: Floats
-    """How much brighter each picture is than the first of the clip, as a ratio."""
+    """How much brighter each picture is than the mean of those in memory, as a ratio."""
 
 
 class PictureStore(Sequence[Luma]):
@@ -77,8 +83,10 @@ class PictureStore(Sequence[Luma]):
         self._thumbnails: list[Luma] = []
         """Of the pictures that wait in it."""
         self._chunks: list[_Chunk] = []
-        self._first_in_light = lru_cache(LIGHTS)(
-            lambda light: np.asarray(cv2.convertScaleAbs(self._kept[0], alpha=light), np.uint8)
+        self._usual = np.empty((0, 0), np.uint8)
+        """Mean of some pictures in memory, once others are written."""
+        self._usual_in_light = lru_cache(LIGHTS)(
+            lambda light: np.asarray(cv2.convertScaleAbs(self._usual, alpha=light), np.uint8)
         )
         self.bytes_written = 0
         """Length of the temporary file."""
@@ -110,16 +118,17 @@ class PictureStore(Sequence[Luma]):
 
     def _write(self) -> None:
         """Write the pictures that wait to the file."""
-        first = self._kept[0]
-        scale = scale_to(first.shape[1])
-        light, differs = _changes(self._thumbnails, reduced(first, scale))
-        box = _box_around(differs, scale, first.shape)
+        if not self._chunks:
+            self._usual = _mean(self._kept[:: -(-len(self._kept) // MEAN_OF)])
+        scale = scale_to(self._usual.shape[1])
+        light, differs = _changes(self._thumbnails, reduced(self._usual, scale))
+        boxes = _boxes_around(differs, scale, self._usual.shape)
         try:
             if self._file is None:
                 self._file = tempfile.TemporaryFile()  # noqa: SIM115  closed by close()
             end = self._file.seek(self.bytes_written)
             for picture in self._waiting:
-                end += self._file.write(np.ascontiguousarray(picture[box]).data)
+                end += self._file.write(b"".join(picture[box].tobytes() for box in boxes))
         except OSError as error:
             raise FootageError(
                 "no room for the pictures of the clip in the folder for temporary files "
@@ -127,7 +136,7 @@ class PictureStore(Sequence[Luma]):
                 "a part of the clip with --region, --start and --end"
             ) from error
         place = self._count - len(self._thumbnails)
-        self._chunks.append(_Chunk(place, self.bytes_written, box, light))
+        self._chunks.append(_Chunk(place, self.bytes_written, boxes, light))
         self.bytes_written, self._thumbnails = end, []
 
     def __len__(self) -> int:
@@ -150,18 +159,29 @@ class PictureStore(Sequence[Luma]):
         """Read a picture from the file."""
         assert self._file is not None
         chunk = self._chunks[bisect_right(self._chunks, place, key=lambda one: one.first) - 1]
-        height, width = (edges.stop - edges.start for edges in chunk.box)
-        self._file.seek(chunk.offset + (place - chunk.first) * height * width)
-        piece = np.frombuffer(self._file.read(height * width), np.uint8).reshape(height, width)
-        if piece.shape == self._kept[0].shape:
-            return piece
-        picture = self._first_in_light(float(chunk.light[place - chunk.first])).copy()
-        picture[chunk.box] = piece
+        size = sum(_pixels_in(box) for box in chunk.boxes)
+        self._file.seek(chunk.offset + (place - chunk.first) * size)
+        stored = np.frombuffer(self._file.read(size), np.uint8)
+        if size == self._usual.size:
+            return stored.reshape(self._usual.shape)
+        picture = self._usual_in_light(float(chunk.light[place - chunk.first])).copy()
+        begin = 0
+        for box in chunk.boxes:
+            end = begin + _pixels_in(box)
+            picture[box] = stored[begin:end].reshape(picture[box].shape)
+            begin = end
         return picture
 
 
+def _mean(pictures: Sequence[Luma]) -> Luma:
+    total = np.zeros(pictures[0].shape, np.float32)
+    for one in pictures:
+        cv2.accumulate(one, total)
+    return np.asarray(cv2.convertScaleAbs(total, alpha=1 / len(pictures)), np.uint8)
+
+
 def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, Mask]:
-    """Light of each picture over the first one's, and where more than that changes."""
+    """Light of each picture over that of one before, and where more than that changes."""
     first, light = _smooth(before), np.ones(len(thumbnails))
     usual = np.ones(before.shape, np.uint8)
     for _ in range(2):  # the second time without bodies that come in, which are no light
@@ -170,8 +190,8 @@ def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, Mask]:
             light[number] = round(cv2.mean(one, usual)[0] / bright * LIGHT_STEPS) / LIGHT_STEPS
             cv2.accumulateSquare(_smooth(one) - np.float32(light[number]) * first, squares)
         away = np.sqrt(squares / len(thumbnails))
-        # What differs by 4 times as much as most of the picture does is more than noise, for the
-        # first picture's own noise makes up to 3.6 times as much in one of 40 000 pixels. It
+        # What differs by 4 times as much as most of the picture does is more than noise, for that
+        # of a single picture before makes up to 3.6 times as much in one of 40 000 pixels. It
         # differs by half a grey level at least; ...
         least = max(4.0 * float(np.median(away)), 0.5)
         usual = (away <= least).astype(np.uint8)
@@ -183,13 +203,26 @@ def _smooth(small: Luma) -> Pixels:
     return np.asarray(cv2.blur(small.astype(np.float32), (3, 3)), np.float32)
 
 
-def _box_around(differs: Mask, scale: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Rows and columns of a picture that hold what differs in its thumbnail, and 2 px around."""
-    if not differs.any():
-        return slice(0, 0), slice(0, 0)
-    found = np.argwhere(differs)
-    rows, columns = (
-        slice(max(0, int(first) - 2) * scale, min((int(last) + 3) * scale, size))
-        for first, last, size in zip(found.min(axis=0), found.max(axis=0), shape, strict=True)
-    )
-    return rows, columns
+def _boxes_around(differs: Mask, scale: int, shape: tuple[int, ...]) -> list[Box]:
+    """Boxes of a picture that hold what differs in its thumbnail, and 2 px around.
+
+    There is one for each part that hangs together, or one for all where that takes less.
+    """
+    around = cv2.dilate(differs.astype(np.uint8), np.ones((5, 5), np.uint8))
+    parts = cv2.connectedComponentsWithStats(around)[2][1:, :4].tolist()
+    whole = cv2.boundingRect(around)
+    if sum(width * height for _, _, width, height in parts) > whole[2] * whole[3]:
+        parts = [whole]
+    rows, columns = shape
+    return [
+        (
+            slice(y * scale, min((y + height) * scale, rows)),
+            slice(x * scale, min((x + width) * scale, columns)),
+        )
+        for x, y, width, height in parts
+    ]
+
+
+def _pixels_in(box: Box) -> int:
+    rows, columns = box
+    return int((rows.stop - rows.start) * (columns.stop - columns.start))
