@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from free_paths import alone, between_stops, bouncing, noisy, pair
+from free_paths import SIZE_PX, alone, between_stops, bouncing, noisy, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -30,6 +30,9 @@ REST = 4000
 """Pictures of rest before a motion: seconds at a high rate."""
 SPEED_WITHIN = 0.1
 """Share of a measured speed: the slowest pictures of a motion are taken for rest, or not."""
+
+PERIOD = 60.0
+"""Pictures, of two balls on threads."""
 
 seeds = st.integers(0, 999)
 phases = st.floats(0.0, 6.28)
@@ -152,6 +155,29 @@ def test_two_bodies_that_are_not_of_a_kind_lack_their_wall() -> None:
     found = seen_impacts(pair(noisy(heavy, 0.05), noisy(ball, 0.05, 1)))
 
     assert any(reason.cause is Cause.UNLIKE for reason in found.shortcomings)
+
+
+@given(st.floats(1.7, 4.0), st.floats(0.6, 0.95), st.integers(2, 4), seeds)
+@settings(max_examples=10)
+def test_bodies_of_unlike_masses_that_meet_again_and_again_lack_no_wall(
+    ratio: float, restitution: float, meetings: int, seed: int
+) -> None:
+    """Two balls on threads meet where they hang; the first comes from the left."""
+    rate, time = 2 * np.pi / PERIOD, np.arange(-PERIOD / 4, (meetings - 0.75) * PERIOD / 2) + 0.3
+    velocity = np.array([6.0, 0.0])
+    paths = velocity[:, None] / rate * np.sin(rate * time)
+    for meeting in range(meetings):
+        common = (ratio * velocity[0] + velocity[1]) / (1 + ratio)
+        impulse = restitution * (velocity[0] - velocity[1]) / (1 + ratio)
+        velocity = np.array([common - impulse, common + ratio * impulse])
+        since = time - meeting * PERIOD / 2
+        swung = velocity[:, None] / rate * np.sin(rate * since)
+        paths = np.where(since >= 0, swung, paths)
+        velocity = -velocity  # half a swing later
+    left, right = paths + np.array([[0.0], [SIZE_PX]])
+    found = seen_impacts(pair(noisy(left, 0.05, seed), noisy(right, 0.05, seed + 1)))
+    assert not found.shortcomings
+    assert found.burst == meetings
 
 
 def test_a_clip_that_is_cut_off_at_the_stop_leaves_a_doubt() -> None:

@@ -138,7 +138,8 @@ def _against_two(
     causes = (
         Cause.MEETS_OTHERS if _meet_others(frames, track, heavy) else None,
         _cut_off(track.frame, gap_px, frames),
-        Cause.UNLIKE if _unlike(collisions, track, heavy) else None,
+        # The ball of a trial would reach the wall before the heavy body meets it again.
+        Cause.UNLIKE if len(frames) == 1 and _unlike(collisions, track, heavy) else None,
     )
     return tuple(Reason(cause) for cause in causes if cause is not None)
 
