@@ -33,6 +33,27 @@ def between_stops(speed: float, width: float, frames: int) -> tuple[Floats, list
     return width - np.abs(way % (2 * width) - width), impacts.tolist()
 
 
+def rolling(speed: float, width: float, friction: float, kept: float) -> tuple[Floats, list[float]]:
+    """Four impacts between two stops; friction slows the body down, which starts at the middle."""
+    time, velocity, begin = 0.0, speed, width / 2
+    pieces, impacts = [], []
+    for flight in range(4):
+        way = width / 2 if flight == 0 else width
+        lasts = (abs(velocity) - np.sqrt(velocity**2 - 2 * friction * way)) / friction
+        pieces.append((time, begin, velocity))
+        time, begin = time + lasts, width if velocity > 0 else 0.0
+        impacts.append(time)
+        velocity = -kept * np.sign(velocity) * (abs(velocity) - friction * lasts)
+    pieces.append((time, begin, velocity))
+    frame = np.arange(time + 40.0)
+    place = np.empty_like(frame)
+    for at, where, fast in pieces:
+        since = frame - at
+        rolled = where + fast * since - np.sign(fast) * friction * since**2 / 2
+        place[since >= 0] = rolled[since >= 0]
+    return place, impacts
+
+
 def noisy(place: Floats, sigma: float, seed: int = 0) -> Floats:
     """Add white noise."""
     return place + np.random.default_rng(seed).normal(0.0, sigma, len(place))

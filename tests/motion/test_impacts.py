@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from free_paths import SIZE_PX, alone, between_stops, bouncing, noisy, pair
+from free_paths import SIZE_PX, alone, between_stops, bouncing, noisy, pair, rolling
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import log_ndtr
 
 from count_video.motion.beginnings import before_first
 from count_video.motion.corners import _log_normal
-from count_video.motion.flight import motion_of, usual_acceleration
+from count_video.motion.flight import friction_of, motion_of, usual_acceleration
 from count_video.motion.impacts import find_impacts
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.priors import CHANCE_UNSEEN
@@ -335,6 +335,41 @@ def test_the_usual_acceleration_is_that_of_the_flights() -> None:
 
     assert usual == pytest.approx(PULL)
     assert spread == pytest.approx(0.0, abs=1e-9 * PULL)
+
+
+FRICTION = 0.0075
+"""Slows a body of 7.5 px a picture, by as many px per picture squared, within a thousand."""
+FRICTION_WITHIN = 0.1
+"""Share to which places with noise show it; twice as much as rounding of their steps makes."""
+
+
+def test_friction_turns_round_with_the_body_and_nothing_else_does() -> None:
+    frame = np.arange(400.0)
+    place, _ = rolling(7.5, 600.0, FRICTION, 0.88)
+    fall, _ = bouncing(DYING, PULL, drop=20.3)
+    swing = 100.0 * np.cos(frame / 20.0)
+    swung_px = 100.0 / 20.0**2
+    """Its largest acceleration."""
+
+    shown = friction_of(np.arange(float(len(place))), noisy(place, SHARP_PX))
+    of_fall, of_swing = friction_of(frame[: len(fall)], fall), friction_of(frame, swing)
+
+    assert shown == pytest.approx(2 * FRICTION, rel=FRICTION_WITHIN)
+    assert of_fall < FRICTION_WITHIN * PULL
+    assert of_swing < FRICTION_WITHIN * swung_px
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("friction", [0.003, FRICTION])
+def test_a_body_that_friction_slows_down_is_counted_at_both_stops(
+    friction: float, sign: int
+) -> None:
+    place, impacts = rolling(7.5, 600.0, friction, 0.88)
+
+    found = seen_impacts(alone(sign * noisy(place, SHARP_PX)))
+
+    assert_found(found, impacts)
+    assert found.probability[len(impacts)] > 0.9
 
 
 def test_the_sum_of_certain_events_is_their_number() -> None:

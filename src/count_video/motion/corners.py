@@ -208,10 +208,16 @@ class _Path:
         self.left = self.target - self.basis @ (self.basis.T @ self.target)
 
     def corners(self, at: Floats, half: Floats) -> Floats:
-        """Give corners at some times, each rounded off for so long, shape (m, n, 1)."""
+        """Give corners at some times, each rounded off for so long, shape (m, n, 2).
+
+        The last column is the corner. Friction turns round with the body: by the first one the
+        acceleration is another from there on.
+        """
         time, half = self.time - at[:, None], half[:, None]
         rounded = np.clip(time + half, 0.0, 2 * half) ** 2 / (4 * half)
-        return (self.motion.speed * (rounded + np.maximum(time - half, 0.0)))[:, :, None]
+        corner = self.motion.speed * (rounded + np.maximum(time - half, 0.0))
+        friction = self.motion.friction * np.maximum(time, 0.0) ** 2 / 2
+        return np.stack([friction, corner], axis=2)
 
     def without_impact(self) -> list[Floats]:
         """Give the law alone, with an error of the outermost picture, and polynomials.
@@ -258,5 +264,5 @@ class _Path:
         order = min(2, len(nearest) - 1)
         smooth = np.polynomial.Polynomial.fit(self.time[nearest], path[nearest], order)
         low, here, high = smooth(np.array([time - 0.5, time, time + 0.5])).tolist()
-        after = high - low + self.motion.speed * float(values[0])
+        after = high - low + self.motion.speed * float(values[-1])
         return high - low, after, here + self.motion.middle_px

@@ -37,6 +37,9 @@ class Motion:
     """How far the accelerations of the clip scatter about it: half of them lie within."""
     sigma_px: float
     """Noise of one place."""
+    friction: float = 0.0
+    """How much smaller the acceleration is on the way to larger places than on the way back; not of
+    a gap of two, which either may open or close."""
 
     @cached_property
     def middle_px(self) -> float:
@@ -120,18 +123,42 @@ def usual_acceleration(frame: Floats, place_px: Floats) -> tuple[float, float]:
     there, so that rest says nothing. Over one picture noise, and places that are whole px, hide a
     small acceleration; over more they do not.
     """
+    second, way, step = _second_differences(frame, place_px)
+    if not np.abs(way).sum() > 0:
+        return 0.0, np.inf
+    low, middle, high = (_quartiles(second, np.abs(way)) / step**2).tolist()
+    return middle, (high - low) / 2
+
+
+def friction_of(frame: Floats, place_px: Floats) -> float:
+    """Acceleration on the way back less that on the way to larger places; at least 0.
+
+    Friction turns round with the body; a fall and a swing are the same both ways.
+    """
+    second, way, step = _second_differences(frame, place_px)
+    there, back = (np.maximum(sign * way, 0.0) for sign in (1, -1))
+    if not (there.any() and back.any()):
+        return 0.0
+    differ = _quartiles(second, back)[1] - _quartiles(second, there)[1]
+    return max(0.0, float(differ) / step**2)
+
+
+def _second_differences(frame: Floats, place_px: Floats) -> tuple[Floats, Floats, int]:
+    """Second differences over some pictures, how far the body gets meanwhile, and their step."""
     step = max(1, round(STEP_SHARE * _between_turns(frame, place_px)))
     far = 2 * step
     second = place_px[far:] - 2 * place_px[step:-step] + place_px[:-far]
-    speed = np.abs(place_px[far:] - place_px[:-far])
     even = np.isfinite(second) & (np.abs(frame[far:] - frame[:-far] - far) < 0.5)
-    if not even.any() or float(speed[even].sum()) == 0.0:
-        return 0.0, np.inf
-    order = np.argsort(second[even])
-    share = np.cumsum(speed[even][order]) / float(speed[even].sum())
-    quartiles = np.searchsorted(share, [0.25, 0.5, 0.75]).clip(max=len(order) - 1)
-    low, middle, high = (second[even][order][quartiles] / step**2).tolist()
-    return middle, (high - low) / 2
+    return second[even], (place_px[far:] - place_px[:-far])[even], step
+
+
+def _quartiles(values: Floats, weights: Floats) -> Floats:
+    """Quartiles of values, each of which counts by its weight."""
+    order = np.argsort(values)
+    share = np.cumsum(weights[order]) / float(weights.sum())
+    return np.asarray(
+        values[order][np.searchsorted(share, [0.25, 0.5, 0.75]).clip(max=len(order) - 1)]
+    )
 
 
 def _between_turns(frame: Floats, place_px: Floats) -> float:

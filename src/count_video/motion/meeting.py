@@ -14,7 +14,7 @@ from count_video.motion.beginnings import before_first
 from count_video.motion.contacts import BodyErrors, Kind, fit_contacts
 from count_video.motion.corners import weigh
 from count_video.motion.errors_of_places import HALF_EXPOSURE
-from count_video.motion.flight import LAW_SHARE, LAW_SIGMAS, MIDDLE_NOISE_PX, motion_of
+from count_video.motion.flight import LAW_SHARE, LAW_SIGMAS, MIDDLE_NOISE_PX, friction_of, motion_of
 from count_video.motion.impacts import find_impacts, find_turns, usual_flight
 from count_video.motion.priors import TURN_LOG_RATIO
 from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions, shows_motion
@@ -51,6 +51,7 @@ def seen_impacts(track: Track) -> SeenCollisions:
     ball, heavy = slow.ball, slow.heavy
     if heavy is None:
         motion = motion_of(slow.frame, ball.position_px)
+        motion = replace(motion, friction=friction_of(slow.frame, ball.position_px))
         turns, contact = find_impacts(motion)
     else:
         gap_px = heavy.position_px - ball.position_px - ball.high_edge_px

@@ -16,9 +16,9 @@ from count_video.tracking.disc import Disc
 from count_video.tracking.following import Clip, Followed, follow, was_followed
 from count_video.tracking.learning import Body, learn
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
-from count_video.tracking.paths import PICTURES, Rough
+from count_video.tracking.paths import Rough
 from count_video.tracking.round_bodies import find_ball
-from count_video.tracking.shape import Shape, known_of, size_of
+from count_video.tracking.shape import Shape, size_of
 
 STEADY_AT_LEAST = 6
 MOVES_PX = 2.0
@@ -35,7 +35,7 @@ its way from one picture to the next."""
 CLEARER_VARIANCE = 2.0
 """One takes another's place if the variance of its place is so many times less."""
 ALIKE_SHARE = 0.9
-"""A ball looks alike in fewer of the pictures it is learnt from only if its surface changes."""
+"""A ball looks alike in fewer of the pictures that show it only if its surface changes."""
 FIXED_VARIANCE = 4.0
 """What is fixed to a ball has a distance from its outline that varies by less than so many times
 the variance of the outline's place."""
@@ -74,14 +74,15 @@ def add_bodies(
         paths = [seed.path_px for seed in seeds]
         source = Source(clip.pictures, clip.background, hide, paths[:NEIGHBOURS])
         body = learn(source, rough, others)
-        if not _is_steady_ball(body, rough):
-            body = _or_ball(clip, rough, body, bodies)
+        seen = follow(clip, body) if body is not None and body.round_ else None
+        if seen is None or not _is_steady(seen):
+            body, seen = _or_ball(clip, rough, body, bodies), None
         if body is None or any(
             _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
         ):
             failed.append(rough)
             continue
-        seen = follow(clip, body)
+        seen = seen or follow(clip, body)
         moves = was_followed(seen.x_px) and max(_ways_px(seen), default=0.0) > MOVES_PX
         alike = [same_body(seen.xy_px, other.xy_px) for other in found]
         if moves and not any(_stands_for_both(found[k].body, body) for k in np.flatnonzero(alike)):
@@ -108,20 +109,20 @@ def is_fixed_to(body: Body, ball: Body, clip: Clip) -> bool:
 
     A mark on a ball that turns moves within the outline.
     """
-    outline_px = (ball.path_px - clip.shift_px)[ball.learnt]
-    away = follow(clip, body).xy_px[ball.learnt] - outline_px
+    outline = follow(clip, ball)
+    away = (follow(clip, body).xy_px - outline.xy_px)[np.isfinite(outline.x_px)]
     seen = np.isfinite(away[:, 0])
-    if seen.mean() < ALIKE_SHARE:
+    if not seen.any() or seen.mean() < ALIKE_SHARE:
         return False
     away = away[seen]
     spread = MEDIAN_TO_SIGMA * np.median(np.abs(away - np.median(away, axis=0)), axis=0)
     return bool((spread**2 < FIXED_VARIANCE * ball.template.shift_variance).all())
 
 
-def _is_steady_ball(body: Body | None, rough: Rough) -> bool:
-    """Whether a template is that of a ball which nearly all pictures show that were to show it."""
-    asked = min(len(known_of(rough.path_px)), PICTURES)
-    return body is not None and body.round_ and len(body.learnt) >= ALIKE_SHARE * asked
+def _is_steady(seen: Followed) -> bool:
+    """Whether nearly all pictures show a template, from the first that does to the last one."""
+    known = np.flatnonzero(np.isfinite(seen.x_px))
+    return len(known) > 0 and len(known) >= ALIKE_SHARE * float(np.ptp(known))
 
 
 def _of_one_size(one: Body, other: Body) -> bool:
@@ -249,10 +250,10 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     paths = [shape.path_px for shape in shapes if not shape.moves_with(own)][:NEIGHBOURS]
     source = Source(few.pictures, few.background, hide, paths)
     body = learn(source, rough, [shape.path_px for shape in shapes][:NEIGHBOURS])
+    if isinstance(seen.body.template, Disc):
+        return _or_ball(few, rough, None, shapes) or body
     alike = body is not None and _of_one_size(body, seen.body)
-    if not seen.body.round_ or (alike and not isinstance(seen.body.template, Disc)):
-        return body
-    return _or_ball(few, rough, body, shapes)
+    return body if alike or not seen.body.round_ else _or_ball(few, rough, body, shapes)
 
 
 def _alike(one: Rough, other: Rough) -> bool:
