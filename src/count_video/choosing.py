@@ -86,7 +86,7 @@ def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
 
     ``moving`` is the number of bodies that move on their own.
     """
-    few = alone.count < IMPACTS_OF_ONE_ALONE and pair.track.wall_seen
+    few = alone.count < IMPACTS_OF_ONE_ALONE and pair.track.wall_seen and pair.count > 0
     if not may_be_bodies(pair):
         if few and pair.count > alone.count:
             return True

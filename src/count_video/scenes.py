@@ -79,8 +79,10 @@ def without_a_wall(track: Track, known: Knowledge, stands_beyond: StandsBeyond) 
     explained = by_impacts(pair, known)
     if not explained.collisions or explained.against:
         return explained
-    causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(track), strict=True)
-    against = [Reason(one) for one, stands in causes if stands]
+    against: list[Reason] = []
+    if len(explained.collisions) == 1:  # the ball of a trial meets the wall between two
+        causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(track), strict=True)
+        against = [Reason(one) for one, stands in causes if stands]
     against += [Reason(Cause.LOST, (frame,)) for frame in track.lost_beyond]
     return replace(explained, against=tuple(against))
 

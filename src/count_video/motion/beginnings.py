@@ -106,7 +106,8 @@ def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Unseen]:
     first, flights = impacts[0], np.diff([impact.frame for impact in impacts])
     pull = first.side * motion.acceleration
     came, left = first.side * first.before, -first.side * first.after
-    if came <= 0:
+    rests = np.isfinite(motion.place_px) & ~motion.moving & (motion.frame < first.frame)
+    if came <= 0 or rests.any():  # what is let go comes from no impact
         return []
     kept = min(1.0, left / came) if left > 0 else 1.0
     back = 2 * came / pull if pull > 0 else np.inf
@@ -117,7 +118,7 @@ def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Unseen]:
     following = motion.frame[np.isfinite(motion.place_px) & (motion.frame < first.frame)]
     last = np.append(motion.frame[0] - 1.0, following[:-1])
     found: list[Unseen] = []
-    ends = first.frame
+    ends, all_later = first.frame, 1.0
     while (begins := ends - back) >= motion.frame[0] - 1.0:
         unseen = (following - last > 1.0) & (last <= begins + 1.0) & (begins < following)
         if not unseen.any():
@@ -127,8 +128,9 @@ def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Unseen]:
         chance = CHANCE_UNSEEN
         if away:
             chance = CHANCE_CLEAR if since in following else 1 - CHANCE_UNSEEN
+        all_later *= chance  # none comes before one that did not happen
         sigma = float(until - since) / math.sqrt(12.0)  # it lies anywhere in between
-        found.append(Unseen(float(begins), sigma, chance, same_stop and chance > 0.5))
+        found.append(Unseen(float(begins), sigma, all_later, same_stop and all_later > 0.5))
         ends, back = begins, back / kept
     return found
 

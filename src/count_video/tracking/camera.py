@@ -127,7 +127,9 @@ def camera_motion(parts: Scenery | None, pictures: Lumas, roughly_px: Floats) ->
     if not np.isfinite(place).any():
         return None
     # By x and y apart: edges along one of them may be lost where those along the other are not.
-    sigma = parts.sigma_px * np.maximum(unsure / np.nanmedian(unsure, axis=0), 1.0)
+    # Pictures that an encoder left as they were agree better than any can: they are no measure.
+    usual = np.maximum(np.nanmedian(unsure, axis=0), parts.sigma_px)
+    sigma = parts.sigma_px * np.maximum(unsure / usual, 1.0)
     place -= np.nanmedian(place, axis=0)
     place[~(sigma < MOVED_AT_LEAST_PX)] = np.nan
     known = np.isfinite(place)
