@@ -48,6 +48,14 @@ def test_few_impacts_of_one_body_alone_do_not_come_before_a_wall(
     assert stands_before(at_a_wall(path_shows=False), bouncing(impacts), 2) is stands
 
 
+def test_an_impact_of_one_body_comes_before_a_wall_that_nothing_strikes() -> None:
+    """As a part of a ball's print is taken for another body."""
+    never = replace(at_a_wall(path_shows=False), collisions=(), count=0, probability={0: 0.9})
+
+    assert not stands_before(never, bouncing(1), 1)
+    assert stands_before(never, bouncing(None), 1)
+
+
 def test_a_pair_that_cannot_be_bodies_gives_way_to_impacts() -> None:
     apart = (Reason(Cause.OUTLINES_APART, (9.0,)),)
     parts = replace(at_a_wall(path_shows=False), notes=apart)

@@ -54,6 +54,25 @@ def test_what_stands_beyond_an_end_of_the_clip_may_be_a_wall(
     assert [reason.cause for reason in explained.against] == [cause]
 
 
+def meets_again() -> Track:
+    """Two bodies that swing to and fro between each other, as a cradle of two."""
+    frame = np.arange(160.0)
+    swing = 80.0 * np.sin(2 * np.pi / 28.0 * (frame - 7.3))
+    noise, sigma = np.random.default_rng(1).normal(0.0, 0.05, (2, 160)), np.full(160, 0.05)
+    left = BodyTrack(300.0 + np.minimum(swing, 0.0) + noise[0], sigma, -SIZE_PX, SIZE_PX)
+    right = BodyTrack(300.0 + SIZE_PX + np.maximum(swing, 0.0) + noise[1], sigma, 0.0, 2 * SIZE_PX)
+    return replace(track(), frame=frame, ball=left, heavy=right, ball_diameter_px=2 * SIZE_PX)
+
+
+@pytest.mark.parametrize("beyond", [(True, False), (False, True)])
+def test_bodies_that_meet_again_have_no_wall_between_two_meetings(
+    beyond: tuple[bool, bool],
+) -> None:
+    explained = without_a_wall(meets_again(), NOTHING_KNOWN, lambda _: beyond)
+
+    assert (explained.counts, explained.count) == (True, 11)
+
+
 def test_a_body_that_is_lost_may_collide_again() -> None:
     lost = replace(track(), lost_beyond=(60.0,))
 
@@ -64,14 +83,9 @@ def test_a_body_that_is_lost_may_collide_again() -> None:
 
 
 def test_two_bodies_that_meet_are_counted_between_copies() -> None:
-    """One picture in six is a copy, as from 25 to 30 a second; a cradle of two meets again."""
-    frame = np.arange(160.0)
-    swing = 80.0 * np.sin(2 * np.pi / 28.0 * (frame - 7.3))
-    noise, sigma = np.random.default_rng(1).normal(0.0, 0.05, (2, 160)), np.full(160, 0.05)
-    left = BodyTrack(300.0 + np.minimum(swing, 0.0) + noise[0], sigma, -SIZE_PX, SIZE_PX)
-    right = BodyTrack(300.0 + SIZE_PX + np.maximum(swing, 0.0) + noise[1], sigma, 0.0, 2 * SIZE_PX)
-    shown = replace(track(), frame=frame, ball=left, heavy=right, ball_diameter_px=2 * SIZE_PX)
-    copied = replace(shown, frame=frame + frame // 5)
+    """One picture in six is a copy, as from 25 to 30 a second."""
+    shown = meets_again()
+    copied = replace(shown, frame=shown.frame + shown.frame // 5)
     true, found = (
         without_a_wall(one, NOTHING_KNOWN, lambda _: (False, False)) for one in (shown, copied)
     )

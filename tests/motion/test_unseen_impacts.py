@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from free_paths import alone, bouncing, noisy
 
+from count_video.motion.beginnings import before_first
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts
@@ -16,6 +19,8 @@ from count_video.records import SURE, Floats
 from count_video.scenes import of_one
 
 NOISE_PX = 0.3
+HELD = 20
+"""Pictures for which a hand holds a ball."""
 FLIGHT, PULL = 16.0, 14.0
 """Frames of the first flight, and px per frame squared."""
 TIMES_WITHIN = 0.2
@@ -38,6 +43,37 @@ def test_a_ball_that_came_back_unseen_leaves_the_count_open(missed: int, kept: f
 
     number = len(found.collisions)
     assert number == len(impacts) or found.probability.get(number, 0.0) < SURE
+
+
+@pytest.mark.parametrize("hidden", [3, 5])
+def test_a_ball_that_a_hand_holds_and_lets_go_bounced_not_before(hidden: int) -> None:
+    """The hand hides it before it lets it go, and for some pictures afterwards."""
+    place, impacts = dropped(6)
+    held = np.concatenate([np.full(HELD, place[0]), place])
+    held = noisy(held, NOISE_PX)
+    held[HELD - int(FLIGHT) // 2 - 2 : HELD + hidden] = np.nan
+
+    found = seen_impacts(alone(held))
+
+    assert [one.frame for one in found.collisions] == pytest.approx(
+        [HELD + impact for impact in impacts], abs=TIMES_WITHIN
+    )
+    assert found.probability[len(impacts)] > SURE
+
+
+def test_that_more_impacts_were_hidden_is_no_likelier_than_that_one_was() -> None:
+    """None comes before one that did not happen."""
+    place = noisy(dropped(6)[0], NOISE_PX)
+    many = np.concatenate([np.full(4 * int(FLIGHT), np.nan), place])
+    few = np.concatenate([np.full(int(FLIGHT) + 2, np.nan), place])
+    chances = []
+    for one in (few, many):
+        motion = motion_of(np.arange(float(len(one))), one)
+        found, _ = find_impacts(motion)
+        chances.append([unseen.chance for unseen in before_first(motion, found)])
+    assert len(chances[1]) > len(chances[0]) > 0
+    assert all(later <= sooner for sooner, later in pairwise(chances[1]))
+    assert chances[1][1] < chances[1][0]
 
 
 def lost_before_its_last_impact(seed: int, left: int) -> tuple[Floats, list[float]]:

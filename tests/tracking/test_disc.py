@@ -217,6 +217,29 @@ def test_a_mark_is_fixed_to_a_ball_if_it_keeps_its_distance_from_the_outline(
     assert is_fixed_to(body, ball, clip) == fixed
 
 
+def test_a_print_that_shows_in_half_of_the_pictures_is_not_fixed_to_a_ball() -> None:
+    """Learnt from those that show it alone, it is in one place of the ball in all of them."""
+    behind, seen, shown = background(SIZE), [], len(FRAMES) // 2
+    for number, (x, y) in enumerate(centres().tolist()):
+        canvas = behind.copy()
+        paint_disc(canvas, x, y, RADIUS_PX, LIGHT)
+        if number < shown:
+            paint_disc(canvas, x, y - 6.0, 4.0, DARK)
+        seen.append(to_luma(canvas))
+    lumas, still = samples(seen, behind)
+    path = np.where(FRAMES[:, None] < shown, centres(), np.nan)
+    ball = find_ball(Source(lumas, still), path, BOX)
+    assert ball is not None
+    corner = np.round(path) - (9.0, 15.0)
+    left, top = corner[0].astype(int)
+    piece = seen[0][top : top + 18, left : left + 18].astype(np.float32)
+    mark = make_template(piece, np.ones_like(piece))
+    body = Body(mark, (5.0, 5.0, 13.0, 13.0), True, corner, np.arange(shown), 1.0)
+    clip = Clip(lumas, FRAMES, np.arange(len(FRAMES)), still, np.zeros((len(FRAMES), 2)))
+
+    assert not is_fixed_to(body, ball, clip)
+
+
 def test_a_ball_of_two_colours_is_followed_through_a_trial(tmp_path: Path) -> None:
     """Its template is a part of it at best: it is no half, and is where it was drawn."""
     drawn = scene(wall_left=False)
