@@ -75,7 +75,7 @@ def add_bodies(
         source = Source(clip.pictures, clip.background, hide, paths[:NEIGHBOURS])
         body = learn(source, rough, others)
         seen = follow(clip, body) if body is not None and body.round_ else None
-        if seen is None or not _is_steady(seen):
+        if seen is None or not _is_steady(seen, rough):
             body, seen = _or_ball(clip, rough, body, bodies), None
         if body is None or any(
             _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
@@ -119,10 +119,15 @@ def is_fixed_to(body: Body, ball: Body, clip: Clip) -> bool:
     return bool((spread**2 < FIXED_VARIANCE * ball.template.shift_variance).all())
 
 
-def _is_steady(seen: Followed) -> bool:
-    """Whether nearly all pictures show a template, from the first that does to the last one."""
-    known = np.flatnonzero(np.isfinite(seen.x_px))
-    return len(known) > 0 and len(known) >= ALIKE_SHARE * float(np.ptp(known))
+def _is_steady(seen: Followed, rough: Rough) -> bool:
+    """Whether nearly all pictures show a template that are to show it.
+
+    They are those in which its proposal is known, and all from the first that shows it to the last.
+    """
+    known = np.isfinite(seen.x_px)
+    between = np.logical_or.accumulate(known) & np.logical_or.accumulate(known[::-1])[::-1]
+    asked = between | np.isfinite(rough.path_px[:, 0])
+    return bool(known[asked].mean() >= ALIKE_SHARE)
 
 
 def _of_one_size(one: Body, other: Body) -> bool:
