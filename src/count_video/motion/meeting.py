@@ -64,6 +64,9 @@ def seen_impacts(track: Track) -> SeenCollisions:
     places = [body.position_px for body in slow.bodies]
     earlier = before_first(motion, impacts) if impacts else []
     ends = [turn.frame for turn in turns if not turn.likely] + [one.frame for one in earlier]
+    # What is held until it is let go obeys no law before, nor what rests at last.
+    moves = motion.frame[motion.moving].tolist()
+    ends += [*moves[:1], *moves[-1:]]
     fitted = fit_contacts(slow.frame, places, contacts, contact, ends=ends)
     collisions = [in_frames(collision, pace) for collision in fitted.collisions]
     seen = weighed(motion, turns, earlier, contact, pace, collisions)
