@@ -111,6 +111,22 @@ def test_two_bodies_take_no_more_than_what_lies_around_each() -> None:
         assert 0 < store.bytes_written < len(pictures) * around
 
 
+def test_the_last_rows_and_columns_are_written_though_thumbnails_lack_them() -> None:
+    scene = np.full((203, 1279), 100, np.uint8)
+    scale = scale_to(scene.shape[1])
+    assert all(side % scale for side in scene.shape)
+    pictures = []
+    for k in range(20):
+        picture = scene.copy()
+        picture[150:, 1000 + 8 * k :] = 200
+        pictures.append(picture)
+    with PictureStore(memory_bytes=0, chunk_bytes=5 * scene.size) as store:
+        for picture in pictures:
+            store.append(picture)
+        assert 0 < store.bytes_written < len(pictures) * scene.size
+        assert all(np.array_equal(found, true) for found, true in zip(store, pictures, strict=True))
+
+
 def test_what_is_not_written_has_less_noise_than_a_picture() -> None:
     """A scene that shows one picture's noise again and again would seem to move with no body."""
     rng = np.random.default_rng(6)

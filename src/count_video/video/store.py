@@ -181,7 +181,7 @@ def _mean(pictures: Sequence[Luma]) -> Luma:
 
 
 def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, Mask]:
-    """Light of each picture over that of one before, and where more than that changes."""
+    """Light of each picture over that of the usual one, and where more than that changes."""
     first, light = _smooth(before), np.ones(len(thumbnails))
     usual = np.ones(before.shape, np.uint8)
     for _ in range(2):  # the second time without bodies that come in, which are no light
@@ -206,18 +206,19 @@ def _smooth(small: Luma) -> Pixels:
 def _boxes_around(differs: Mask, scale: int, shape: tuple[int, ...]) -> list[Box]:
     """Boxes of a picture that hold what differs in its thumbnail, and 2 px around.
 
-    There is one for each part that hangs together, or one for all where that takes less.
+    There is one for each part that hangs together, or one for all where that takes no more.
     """
     around = cv2.dilate(differs.astype(np.uint8), np.ones((5, 5), np.uint8))
     parts = cv2.connectedComponentsWithStats(around)[2][1:, :4].tolist()
     whole = cv2.boundingRect(around)
-    if sum(width * height for _, _, width, height in parts) > whole[2] * whole[3]:
+    if sum(width * height for _, _, width, height in parts) >= whole[2] * whole[3]:
         parts = [whole]
-    rows, columns = shape
+    # Of the last rows and columns, which fill no px of the thumbnail, its last ones say it.
+    (rows, columns), (last_y, last_x) = shape, differs.shape
     return [
         (
-            slice(y * scale, min((y + height) * scale, rows)),
-            slice(x * scale, min((x + width) * scale, columns)),
+            slice(y * scale, rows if y + height == last_y else (y + height) * scale),
+            slice(x * scale, columns if x + width == last_x else (x + width) * scale),
         )
         for x, y, width, height in parts
     ]
