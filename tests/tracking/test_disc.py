@@ -191,6 +191,14 @@ def test_a_body_that_hardly_any_sample_shows_is_no_ball() -> None:
     assert find_ball(Source(*samples(pictures(behind), behind)), path, BOX) is None
 
 
+def print_of(first: Luma, corner_px: Floats, number: int) -> Body:
+    """What a print on a ball is as it is learnt from so many pictures, the first of them."""
+    left, top = corner_px[0].astype(int)
+    piece = first[top : top + 18, left : left + 18].astype(np.float32)
+    mark = make_template(piece, np.ones_like(piece))
+    return Body(mark, (5.0, 5.0, 13.0, 13.0), True, corner_px, np.arange(number), 1.0)
+
+
 @pytest.mark.parametrize(("swing_px", "fixed"), [(0.0, True), (2.0, False)])
 def test_a_mark_is_fixed_to_a_ball_if_it_keeps_its_distance_from_the_outline(
     swing_px: float, fixed: bool
@@ -207,10 +215,7 @@ def test_a_mark_is_fixed_to_a_ball_if_it_keeps_its_distance_from_the_outline(
     ball = find_ball(Source(lumas, still), centres(), BOX)
     assert ball is not None
     corner = np.round(centres() + np.stack([away, 0 * away], axis=1)) - (9.0, 15.0)
-    left, top = corner[0].astype(int)
-    piece = seen[0][top : top + 18, left : left + 18].astype(np.float32)
-    mark = make_template(piece, np.ones_like(piece))
-    body = Body(mark, (5.0, 5.0, 13.0, 13.0), True, corner, np.arange(len(FRAMES)), 1.0)
+    body = print_of(seen[0], corner, len(FRAMES))
     clip = Clip(lumas, FRAMES, np.arange(len(FRAMES)), still, np.zeros((len(FRAMES), 2)))
 
     assert np.isfinite(follow(clip, body).x_px).all()
@@ -231,10 +236,7 @@ def test_a_print_that_shows_in_half_of_the_pictures_is_not_fixed_to_a_ball() -> 
     ball = find_ball(Source(lumas, still), path, BOX)
     assert ball is not None
     corner = np.round(path) - (9.0, 15.0)
-    left, top = corner[0].astype(int)
-    piece = seen[0][top : top + 18, left : left + 18].astype(np.float32)
-    mark = make_template(piece, np.ones_like(piece))
-    body = Body(mark, (5.0, 5.0, 13.0, 13.0), True, corner, np.arange(shown), 1.0)
+    body = print_of(seen[0], corner, shown)
     clip = Clip(lumas, FRAMES, np.arange(len(FRAMES)), still, np.zeros((len(FRAMES), 2)))
 
     assert not is_fixed_to(body, ball, clip)

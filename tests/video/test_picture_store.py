@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from count_video.errors import FootageError
+from count_video.records import Luma
 from count_video.video.pictures import scale_to
 from count_video.video.store import PictureStore
 
@@ -16,6 +18,18 @@ LIGHT_LEVELS = 1
 """A step of the light changes no pixel by more."""
 STEP = 8
 """Grey levels from one picture to the next: what is no more than noise is not written."""
+
+
+def written(pictures: Sequence[Luma], a_chunk: int) -> int:
+    """Write pictures, so many at a time; bytes of the file from which all come back as they were.
+
+    The first one stays in memory.
+    """
+    with PictureStore(memory_bytes=0, chunk_bytes=a_chunk * pictures[0].size) as store:
+        for picture in pictures:
+            store.append(picture)
+        assert all(np.array_equal(found, true) for found, true in zip(store, pictures, strict=True))
+        return store.bytes_written
 
 
 @pytest.mark.parametrize("held", [0, 3, 100], ids=["one in memory", "some in a file", "in memory"])
@@ -83,11 +97,7 @@ def test_only_what_changes_goes_to_the_file() -> None:
         picture = scene.copy()
         picture[90:110, 150 + k : 170 + k] = 250
         pictures.append(picture)
-    with PictureStore(memory_bytes=0, chunk_bytes=10 * scene.size) as store:
-        for picture in pictures:
-            store.append(picture)
-        assert all(np.array_equal(found, true) for found, true in zip(store, pictures, strict=True))
-        assert 0 < store.bytes_written < 0.1 * len(pictures) * scene.size
+    assert 0 < written(pictures, 10) < 0.1 * len(pictures) * scene.size
 
 
 def test_two_bodies_take_no_more_than_what_lies_around_each() -> None:
@@ -104,11 +114,7 @@ def test_two_bodies_take_no_more_than_what_lies_around_each() -> None:
     around = (20 + 2 * reach_px) * (20 + 10 + 2 * reach_px) + (30 + 2 * reach_px) * (
         30 + 10 + 2 * reach_px
     )
-    with PictureStore(memory_bytes=0, chunk_bytes=10 * scene.size) as store:
-        for picture in pictures:
-            store.append(picture)
-        assert all(np.array_equal(found, true) for found, true in zip(store, pictures, strict=True))
-        assert 0 < store.bytes_written < len(pictures) * around
+    assert 0 < written(pictures, 10) < len(pictures) * around
 
 
 def test_the_last_rows_and_columns_are_written_though_thumbnails_lack_them() -> None:
@@ -120,11 +126,7 @@ def test_the_last_rows_and_columns_are_written_though_thumbnails_lack_them() -> 
         picture = scene.copy()
         picture[150:, 1000 + 8 * k :] = 200
         pictures.append(picture)
-    with PictureStore(memory_bytes=0, chunk_bytes=5 * scene.size) as store:
-        for picture in pictures:
-            store.append(picture)
-        assert 0 < store.bytes_written < len(pictures) * scene.size
-        assert all(np.array_equal(found, true) for found, true in zip(store, pictures, strict=True))
+    assert 0 < written(pictures, 5) < len(pictures) * scene.size
 
 
 def test_what_is_not_written_has_less_noise_than_a_picture() -> None:
@@ -143,11 +145,7 @@ def test_what_is_not_written_has_less_noise_than_a_picture() -> None:
 
 
 def test_a_scene_at_rest_takes_no_space() -> None:
-    with PictureStore(memory_bytes=0, chunk_bytes=3 * PICTURE.size) as store:
-        for _ in range(9):
-            store.append(PICTURE)
-        assert store.bytes_written == 0
-        assert all(np.array_equal(one, PICTURE) for one in store)
+    assert written([PICTURE] * 9, 3) == 0
 
 
 @pytest.mark.parametrize("width", [8, 40])

@@ -208,14 +208,16 @@ class _Path:
         self.left = self.target - self.basis @ (self.basis.T @ self.target)
 
     def corners(self, at: Floats, half: Floats) -> Floats:
-        """Give corners at some times, each rounded off for so long, shape (m, n, 2).
+        """Give corners at some times, each rounded off for so long, shape (m, n, columns).
 
-        The last column is the corner. Friction turns round with the body: by the first one the
-        acceleration is another from there on.
+        The last column is the corner. Friction turns round with the body: where there is any, the
+        first column is another acceleration from there on.
         """
         time, half = self.time - at[:, None], half[:, None]
         rounded = np.clip(time + half, 0.0, 2 * half) ** 2 / (4 * half)
         corner = self.motion.speed * (rounded + np.maximum(time - half, 0.0))
+        if not self.motion.friction:
+            return corner[:, :, None]
         friction = self.motion.friction * np.maximum(time, 0.0) ** 2 / 2
         return np.stack([friction, corner], axis=2)
 

@@ -143,27 +143,22 @@ def _against_two(
         Cause.MEETS_OTHERS if _meet_others(frames, track, heavy) else None,
         _cut_off(track.frame, gap_px, frames),
         # The ball of a trial would reach the wall before the heavy body meets it again.
-        Cause.UNLIKE if len(frames) == 1 and _unlike(collisions, track, heavy) else None,
+        Cause.UNLIKE if len(frames) == 1 and _unlike(collisions[0], track, heavy) else None,
     )
     return tuple(Reason(cause) for cause in causes if cause is not None)
 
 
-def _unlike(collisions: Sequence[Collision], track: Track, heavy: BodyTrack) -> bool:
+def _unlike(collision: Collision, track: Track, heavy: BodyTrack) -> bool:
     """Whether the two are not of a kind, by their lengths and by how their velocities change.
 
     Then they are the ball and the heavy body of a trial whose wall is not reached in the clip.
     """
     lengths = [body.high_edge_px - body.low_edge_px for body in (track.ball, heavy)]
-    jumps = np.array(
-        [
-            np.subtract(astuple(one.velocity_after)[:2], astuple(one.velocity_before)[:2])
-            for one in collisions
-        ]
-    )
+    before, after = collision.velocity_before, collision.velocity_after
+    jumps = np.subtract(astuple(after)[:2], astuple(before)[:2])
     with np.errstate(divide="ignore", invalid="ignore"):
-        masses = np.abs(np.log(np.abs(jumps[:, 0] / jumps[:, 1])))
-    shown = masses[np.isfinite(masses)]
-    heavier = len(shown) > 0 and np.median(shown) >= np.log(MASS_FACTOR)
+        masses = np.abs(np.log(np.abs(jumps[0] / jumps[1])))
+    heavier = np.isfinite(masses) and masses >= np.log(MASS_FACTOR)
     return bool(heavier or abs(np.log(lengths[0] / lengths[1])) >= np.log(LENGTH_FACTOR))
 
 

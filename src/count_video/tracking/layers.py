@@ -76,13 +76,14 @@ def add_bodies(
         body = learn(source, rough, others)
         seen = follow(clip, body) if body is not None and body.round_ else None
         if seen is None or not _is_steady(seen, rough):
-            body, seen = _or_ball(clip, rough, body, bodies), None
+            body = _or_ball(clip, rough, body, bodies)
         if body is None or any(
             _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
         ):
             failed.append(rough)
             continue
-        seen = seen or follow(clip, body)
+        if seen is None or seen.body is not body:
+            seen = follow(clip, body)
         moves = was_followed(seen.x_px) and max(_ways_px(seen), default=0.0) > MOVES_PX
         alike = [same_body(seen.xy_px, other.xy_px) for other in found]
         if moves and not any(_stands_for_both(found[k].body, body) for k in np.flatnonzero(alike)):
@@ -251,14 +252,16 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     left, top, right, bottom = seen.body.box
     box = left - BLUR_PX, top - BLUR_PX, right + BLUR_PX, bottom + BLUR_PX
     rough = Rough(few.shape(sure).path_px, box, (-np.inf, np.inf), own, again=True)
+    disc = isinstance(seen.body.template, Disc)
+    if disc and (ball := _or_ball(few, rough, None, shapes)) is not None:
+        return ball
     hide = [shape for shape in shapes if not shape.holds(own)]
     paths = [shape.path_px for shape in shapes if not shape.moves_with(own)][:NEIGHBOURS]
     source = Source(few.pictures, few.background, hide, paths)
     body = learn(source, rough, [shape.path_px for shape in shapes][:NEIGHBOURS])
-    if isinstance(seen.body.template, Disc):
-        return _or_ball(few, rough, None, shapes) or body
     alike = body is not None and _of_one_size(body, seen.body)
-    return body if alike or not seen.body.round_ else _or_ball(few, rough, body, shapes)
+    stays = disc or alike or not seen.body.round_
+    return body if stays else _or_ball(few, rough, body, shapes)
 
 
 def _alike(one: Rough, other: Rough) -> bool:
